@@ -6,8 +6,8 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "cli.h"
-#include "help.h"
+#include "console/cli.h"
+#include "console/help.h"
 #include "rackfocus/rackfocus.h"
 
 /* ---- manual page ---------------------------------------------------------------- */

@@ -3,9 +3,9 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "cli.h"
+#include "console/cli.h"
 #include "generate.h"
-#include "help.h"
+#include "console/help.h"
 #include "rackfocus/rackfocus.h"
 
 /* One option as both shells want to know it. */

@@ -7,9 +7,9 @@
 
 #include "arguments.h"
 #include "clean_up.h"
-#include "cli.h"
+#include "console/cli.h"
 #include "generate.h"
-#include "help.h"
+#include "console/help.h"
 #include "interrupt.h"
 #include "rackfocus/rackfocus.h"
 #include "terminal.h"

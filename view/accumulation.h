@@ -5,9 +5,9 @@
 
 #include <stdbool.h>
 
-#include "demo_views.h"
-#include "display.h"
-#include "gl.h"
+#include "demo/demo_views.h"
+#include "controls/gl.h"
+#include "pixels/display.h"
 
 struct app;
 

@@ -4,7 +4,7 @@
 #include <stdio.h>
 
 #include "app.h"
-#include "graphs.h"
+#include "pixels/graphs.h"
 
 #define GROUND 0x101014e6
 #define TEXT 0xecececff

@@ -6,8 +6,8 @@
 
 #include "app.h"
 #include "clock.h"
-#include "display.h"
 #include "measure/measure.h"
+#include "pixels/display.h"
 
 #define GROUND 0x101014e6
 #define TEXT 0xecececff

@@ -6,9 +6,9 @@
 #include <string.h>
 
 #include "app.h"
-#include "cli.h"
 #include "clock.h"
 #include "common/report.h"
+#include "console/cli.h"
 #include "file.h"
 
 static void push_event(const struct app *app, enum app_event code, void *data)

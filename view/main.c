@@ -7,11 +7,11 @@
 #include "app.h"
 #include "arguments.h"
 #include "clean_up.h"
-#include "cli.h"
 #include "clock.h"
-#include "cmd_view.h"
+#include "commands/cmd_view.h"
 #include "common/report.h"
-#include "font_find.h"
+#include "console/cli.h"
+#include "controls/font_find.h"
 #include "interrupt.h"
 
 #define DRAG_FRAME_S 0.04 /* between two frames without a new picture */

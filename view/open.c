@@ -6,8 +6,8 @@
 #include <strings.h>
 
 #include "app.h"
-#include "cli.h"
 #include "clock.h"
+#include "console/cli.h"
 #include "sources/params_file.h"
 
 #define TYPING_S 1.0 /* between letters of one name */

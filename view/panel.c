@@ -6,7 +6,7 @@
 
 #include "app.h"
 #include "clock.h"
-#include "fields.h"
+#include "model/fields.h"
 #include "sources/looks.h"
 
 /* ---- parameters ----------------------------------------------------------------- */

@@ -6,9 +6,9 @@
 #include <string.h>
 
 #include "app.h"
-#include "cli.h"
 #include "common/report.h"
-#include "progress.h"
+#include "console/cli.h"
+#include "console/progress.h"
 
 bool trace_open(struct app *app)
 {

@@ -6,9 +6,9 @@
 #include <string.h>
 
 #include "app.h"
-#include "cli.h"
 #include "clock.h"
 #include "common/report.h"
+#include "console/cli.h"
 #include "density.h"
 
 #define STATUS_COLOUR 0x1a1a1eff

@@ -6,14 +6,14 @@
 #include <string.h>
 
 #include "common/report.h"
-#include "input_read.h"
-#include "maps.h"
-#include "quick.h"
-#include "shrink.h"
+#include "pixels/input_read.h"
+#include "pixels/maps.h"
+#include "pixels/shrink.h"
 #include "sources/depth_repair.h"
 #include "sources/picture.h"
 #include "sources/views.h"
 #include "threads.h"
+#include "work/quick.h"
 
 /* ---- opening --------------------------------------------------------------------- */
 

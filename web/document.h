@@ -7,8 +7,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "display.h"
-#include "input.h"
+#include "pixels/display.h"
+#include "pixels/input.h"
 #include "sources/settings.h"
 #include "sources/source.h"
 

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""Writes cli/lettering_glyphs.c, the letters of the sheets.
+"""Writes cli/pages/lettering_glyphs.c, the letters of the sheets.
 
     apt-get install fonts-roboto-unhinted python3-pil
     tests/methods/make_lettering.py

@@ -2,8 +2,8 @@
 /* What the screen shows of pictures, depths and radii. */
 #include <stdlib.h>
 
-#include "display.h"
 #include "image.h"
+#include "pixels/display.h"
 #include "testing.h"
 
 /* As png_write encodes, from its formula. */

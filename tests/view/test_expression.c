@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* What may be typed into a number's field. */
-#include "expression.h"
+#include "model/expression.h"
 #include "testing.h"
 
 static const struct expression_field plain = {0};

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* How the panel shows each row of params.def. */
-#include "fields.h"
+#include "model/fields.h"
 #include "testing.h"
 
 /* Sliders stay within what may be typed, and the default can be seen on them. */

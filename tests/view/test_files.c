@@ -2,10 +2,10 @@
 /* What is remembered from the last time, and the list of files to open. */
 #include <stdlib.h>
 
-#include "browser.h"
 #include "folder.h"
 #include "leftovers.h"
-#include "remembered.h"
+#include "model/browser.h"
+#include "model/remembered.h"
 #include "testing.h"
 
 static char folder[256], path[4096];

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The font of the controls, with fontconfig and (built without it) by usual names. */
+#include "controls/font_find.h"
 #include "file.h"
-#include "font_find.h"
 #include "testing.h"
 
 static void a_font_is_found(void)

@@ -2,7 +2,7 @@
 /* The four graphs of Yu against his formula, and their axes. */
 #include <math.h>
 
-#include "graphs.h"
+#include "pixels/graphs.h"
 #include "testing.h"
 
 enum { WIDTH = 960, HEIGHT = 540 };

@@ -4,8 +4,8 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include "stage.h"
 #include "testing.h"
+#include "work/stage.h"
 
 static char folder[64];
 

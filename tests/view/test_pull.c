@@ -4,8 +4,8 @@
 
 #include "folder.h"
 #include "leftovers.h"
+#include "model/pull.h"
 #include "sequence/frame_table.h"
-#include "pull.h"
 #include "testing.h"
 
 static void set(struct pull *pull, int32_t frame, double focus, double aperture)

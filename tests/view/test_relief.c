@@ -2,8 +2,8 @@
 /* The eye on the lens: how far things move, what comes to light, real views. */
 #include <stdlib.h>
 
-#include "input.h"
-#include "relief.h"
+#include "pixels/input.h"
+#include "pixels/relief.h"
 #include "testing.h"
 
 enum { WIDTH = 96, HEIGHT = 40, N = WIDTH * HEIGHT };

@@ -2,7 +2,7 @@
 /* Histogram and waveform. */
 #include <stdlib.h>
 
-#include "scopes.h"
+#include "pixels/scopes.h"
 #include "testing.h"
 
 enum { WIDTH = 64, HEIGHT = 32 };

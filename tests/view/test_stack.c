@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Layers over each other, and two eyes in one picture. */
-#include "stack.h"
+#include "model/stack.h"
 #include "testing.h"
 
 static void layers_lie_over(void)

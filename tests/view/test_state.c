@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* What the user sets, and what follows from it. */
-#include "state.h"
+#include "model/state.h"
 #include "testing.h"
 
 /* A header that gives the lens by its radius, as POV-Ray's passes do. */

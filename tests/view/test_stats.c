@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The arithmetic of the statistics. */
-#include "stats.h"
+#include "pixels/stats.h"
 #include "testing.h"
 
 static void updates_are_counted(void)

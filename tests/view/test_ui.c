@@ -2,9 +2,9 @@
 /* The controls, by mouse and by keyboard, without a window. */
 #include <stdlib.h>
 
-#include "font_find.h"
+#include "controls/font_find.h"
+#include "controls/ui.h"
 #include "testing.h"
-#include "ui.h"
 
 static struct font font;
 static struct ui ui;

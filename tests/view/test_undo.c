@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Steps back and forth. */
+#include "model/undo.h"
 #include "testing.h"
-#include "undo.h"
 
 static int value_of(const void *item)
 {

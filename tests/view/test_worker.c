@@ -5,9 +5,9 @@
 #include <unistd.h>
 
 #include "clock.h"
-#include "display.h"
+#include "pixels/display.h"
 #include "testing.h"
-#include "worker.h"
+#include "work/worker.h"
 
 static struct {
     pthread_mutex_t lock;

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Where the picture lies in the window. */
+#include "pixels/zoom.h"
 #include "testing.h"
-#include "zoom.h"
 
 static const struct area area = {10, 20, 400, 300};
 

@@ -1,0 +1,533 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* rackfocus accumulate: the mean of several views, one in memory at a time. */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "clock.h"
+#include "commands/accumulate_command.h"
+#include "common/outputs.h"
+#include "console/cli.h"
+#include "console/progress.h"
+#include "interrupt.h"
+#include "rackfocus/rackfocus.h"
+#include "sequence/frames_check.h"
+#include "sequence/sequence.h"
+#include "sources/looks.h"
+#include "sources/picture.h"
+#include "sources/settings.h"
+#include "sources/source.h"
+
+struct accumulate_options {
+    const char *output, *layer, *frames, *look;
+    double blend_gamma;                        /* NAN: from the header */
+    double clamp, threshold, gain, saturation; /* of highlights */
+    int32_t n_threads;
+    bool is_quiet, is_anew;
+};
+
+#define AT(member) offsetof(struct accumulate_options, member)
+
+static const struct option options[] = {
+    OPTION_OUTPUT_ROW(AT(output), "The picture to write: .exr, float, with the "
+                                  "attributes of the first view, or .png, sRGB."),
+    OPTION_LAYER_ROW(AT(layer), "average"),
+    OPTION_NUMBER_ROW(
+        "blend-gamma", AT(blend_gamma), "GAMMA", 0.1, 10,
+        "Gamma of the space in which light is summed: 1 is physically linear. [default "
+        "rackfocus:blendGamma of the first view, else 1]"),
+    OPTION_NUMBER_ROW("highlight-clamp", AT(clamp), "LIGHT", 0, 1e9,
+                      "Light that a pixel of a view may have at the most, against "
+                      "fireflies. [default 0, no limit]"),
+    OPTION_NUMBER_ROW("highlight-threshold", AT(threshold), "LIGHT", 0, 1e9,
+                      "Light above which a pixel is a highlight, for gain and "
+                      "saturation. [default 1]"),
+    OPTION_NUMBER_ROW("highlight-gain", AT(gain), "FACTOR", 0, 1000,
+                      "Multiplies what is above the threshold in each view, before the "
+                      "mean. [default 1]"),
+    OPTION_NUMBER_ROW("highlight-saturation", AT(saturation), "FACTOR", 0, 4,
+                      "Saturation of what is above the threshold. [default 1]"),
+    OPTION_TEXT_ROW("look", AT(look), "NAME",
+                    "Take blend gamma and highlights from a look: " LOOK_NAMES
+                    ", or your own. What it says of the lens is in the views already, "
+                    "or never will be."),
+    OPTION_TEXT_ROW("frames", AT(frames), "LIST",
+                    "Sequence (names with ####): these frames, such as 1-240x2,300. "
+                    "[default those that there are of the first view]"),
+    OPTION_FLAG_ROW("anew", AT(is_anew),
+                    "Sequence: also make the frames that are finished."),
+    OPTION_THREADS_ROW(AT(n_threads)),
+    OPTION_QUIET_ROW(AT(is_quiet)),
+    OPTION_HELP_ROW,
+};
+
+struct sum {
+    const struct accumulate_options *tool;
+    int n_threads;
+    struct source first; /* stays open: its attributes go into the output */
+    struct rf_context *context;
+    struct rf_accumulator *accumulator;
+};
+
+static bool open_view(const struct accumulate_options *tool, char *const *path,
+                      struct source *view, struct image_error *error)
+{
+    const struct source_request request = {
+        .paths = path, .n_paths = 1, .layer = tool->layer};
+    if (!source_open(view, &request, error))
+        return false;
+    if (view->layer.r >= 0)
+        return true;
+    set_error(error,
+              "%s: there is no colour; views are pictures, name their layer with "
+              "--layer",
+              *path);
+    source_close(view);
+    return false;
+}
+
+static bool check_view(const struct sum *sum, const struct source *view,
+                       struct image_error *error)
+{
+    const struct source *first = &sum->first;
+    if (memcmp(&view->info.data_window, &first->info.data_window,
+               sizeof(view->info.data_window)) == 0 &&
+        view->n_channels == first->n_channels && view->is_grey == first->is_grey)
+        return true;
+    set_error(
+        error,
+        "%s: is %d x %d with %d channels, but %s is %d x %d with %d; views of one "
+        "window and kind can be averaged",
+        image_path(view->colour), view->width, view->height, view->n_channels,
+        image_path(first->colour), first->width, first->height, first->n_channels);
+    return false;
+}
+
+/* The mean so far has the samples of the first view's kind. */
+static struct rf_image image_of(const struct sum *sum, float *samples)
+{
+    const struct source *first = &sum->first;
+    return rf_image_packed(samples, first->width, first->height, first->n_channels);
+}
+
+static bool fail_core(const char *path, const struct rf_error *core_error,
+                      struct image_error *error)
+{
+    set_error(error, "%s: %s", path, core_error->message);
+    return false;
+}
+
+static bool start_sum(struct sum *sum, struct image_error *error)
+{
+    const struct rf_context_params run = {.size = sizeof(run),
+                                          .cpu = getenv("RACKFOCUS_CPU"),
+                                          .n_threads = sum->n_threads};
+    const struct source *first = &sum->first;
+    struct rf_error core_error;
+    struct rf_params params;
+    rf_params_init(&params);
+    params.highlight_clamp = sum->tool->clamp;
+    params.highlight_threshold = sum->tool->threshold;
+    params.highlight_gain = sum->tool->gain;
+    params.highlight_saturation = sum->tool->saturation;
+    if (!isnan(sum->tool->blend_gamma))
+        params.blend_gamma = sum->tool->blend_gamma;
+    else
+        image_attribute_number(first->colour, rf_param_find("blend-gamma")->attribute,
+                               &params.blend_gamma);
+    if (rf_context_create(&sum->context, &run, &core_error) == RF_OK &&
+        rf_accumulator_create(&sum->accumulator, sum->context, &params, first->width,
+                              first->height, first->n_channels, &core_error) == RF_OK)
+        return true;
+    return fail_core(image_path(first->colour), &core_error, error);
+}
+
+static bool add_samples(struct sum *sum, const struct source *view,
+                        struct image_error *error)
+{
+    struct rf_error core_error;
+    float *samples = source_read_colour(view, sum->n_threads, error);
+    if (!samples)
+        return false;
+    const struct rf_image image = image_of(sum, samples);
+    const rf_result result = rf_accumulator_add(sum->accumulator, &image, &core_error);
+    free(samples);
+    return result == RF_OK || fail_core(image_path(view->colour), &core_error, error);
+}
+
+static bool add_view(struct sum *sum, char *const *path, struct image_error *error)
+{
+    struct source view;
+    if (!open_view(sum->tool, path, &view, error))
+        return false;
+    const bool is_added =
+        check_view(sum, &view, error) && add_samples(sum, &view, error);
+    source_close(&view);
+    return is_added;
+}
+
+static bool write_exr(const struct sum *sum, float *samples, int n_views,
+                      struct image_error *error)
+{
+    char made[96];
+    snprintf(made, sizeof(made), "rackfocus %s accumulate, %d views", rf_version(),
+             n_views);
+    const struct source_output how = {
+        .type = IMAGE_SAMPLE_FLOAT, .made = made, .n_threads = sum->n_threads};
+    return source_write_colour(&sum->first, sum->tool->output, samples, &how, error);
+}
+
+static bool write_mean(const struct sum *sum, int n_views, struct image_error *error)
+{
+    const struct source *first = &sum->first;
+    struct rf_error core_error;
+    float *samples = app_memory((size_t)first->width * (size_t)first->height *
+                                    (size_t)first->n_channels,
+                                sizeof(*samples), error);
+    if (!samples)
+        return false;
+    const struct rf_image image = image_of(sum, samples);
+    bool is_written =
+        rf_accumulator_mean(sum->accumulator, &image, &core_error) == RF_OK;
+    if (!is_written)
+        fail_core(sum->tool->output, &core_error, error);
+    else
+        is_written =
+            picture_kind(sum->tool->output) == PICTURE_EXR
+                ? write_exr(sum, samples, n_views, error)
+                : image_write_png(sum->tool->output, samples, first->width,
+                                  first->height, first->n_channels, 8, false, error);
+    free(samples);
+    return is_written;
+}
+
+static int add_all(struct sum *sum, const struct operands *views)
+{
+    struct image_error error;
+    struct progress bar;
+    bool is_good = start_sum(sum, &error);
+    progress_start(&bar, "averaging", sum->tool->is_quiet);
+    for (int i = 0; i < views->n && is_good && !os_is_interrupted(); i++) {
+        is_good = add_view(sum, &views->items[i], &error);
+        progress_report(&bar, (double)(i + 1) / views->n);
+    }
+    progress_end(&bar);
+    if (is_good && os_is_interrupted())
+        return os_interrupt_code();
+    if (is_good && write_mean(sum, views->n, &error))
+        return EXIT_DONE;
+    message("%s", error.message);
+    return EXIT_FAILED;
+}
+
+static int accumulate(const struct accumulate_options *tool,
+                      const struct operands *views)
+{
+    struct image_error error;
+    struct sum sum = {.tool = tool, .n_threads = thread_count(tool->n_threads)};
+    if (!picture_check_writable(tool->output, &error) ||
+        !open_view(tool, &views->items[0], &sum.first, &error)) {
+        message("%s", error.message);
+        return EXIT_FAILED;
+    }
+    const int code = add_all(&sum, views);
+    rf_accumulator_destroy(sum.accumulator);
+    rf_context_destroy(sum.context);
+    source_close(&sum.first);
+    return code;
+}
+
+/* ---- sequences ------------------------------------------------------------------ */
+
+/* The names of one frame. */
+struct frame {
+    struct accumulate_options tool;
+    struct operands views;
+    uint64_t hash; /* of what it is made of and with */
+};
+
+static void frame_free(struct frame *frame)
+{
+    for (int i = 0; i < frame->views.n; i++)
+        free(frame->views.items[i]);
+    free(frame->views.items);
+    free((char *)frame->tool.output);
+}
+
+/* False without memory; to be freed in either case. */
+static bool frame_make(struct frame *frame, const struct accumulate_options *tool,
+                       const struct operands *views, int32_t number,
+                       struct image_error *error)
+{
+    *frame = (struct frame){.tool = *tool, .hash = FRAME_HASH_START};
+    frame->tool.output = frame_name(tool->output, number, error);
+    frame->views.items = app_memory((size_t)views->n, sizeof(char *), error);
+    frame_hash_text(&frame->hash, rf_version());
+    frame_hash_text(&frame->hash, tool->layer);
+    frame_hash_bytes(&frame->hash, &tool->blend_gamma, sizeof(tool->blend_gamma));
+    const double light[] = {tool->clamp, tool->threshold, tool->gain, tool->saturation};
+    frame_hash_bytes(&frame->hash, light, sizeof(light));
+    frame_hash_text(&frame->hash, frame->tool.output);
+    if (!frame->tool.output || !frame->views.items)
+        return false;
+    for (int i = 0; i < views->n; i++) {
+        char *name = frame_name(views->items[i], number, error);
+        if (!name)
+            return false;
+        frame->views.items[frame->views.n++] = name;
+        frame_hash_file(&frame->hash, name);
+    }
+    return true;
+}
+
+/* How many frames ended how. */
+struct tally {
+    int n_made, n_skipped, n_failed;
+};
+
+static int make_frame(const struct frame *frame, int32_t number,
+                      struct journal *journal, struct tally *tally)
+{
+    char sums[FRAME_SUMS];
+    const struct frame_files files = {{frame->tool.output}};
+    if (!frame->tool.is_anew &&
+        frame_is_finished(journal, number, frame->hash, &files)) {
+        tally->n_skipped++;
+        return EXIT_DONE;
+    }
+    const double started_s = os_clock_s();
+    const int code = accumulate(&frame->tool, &frame->views);
+    const double seconds = os_clock_s() - started_s;
+    if (code == EXIT_FAILED) {
+        message("failed: frame %d", (int)number);
+        journal_add_note(journal, number, JOURNAL_FAILED, "the views, see the log");
+        tally->n_failed++;
+    } else if (code == EXIT_DONE) {
+        tally->n_made++;
+        if (!frame_sum_files(&files, sums) ||
+            journal_add_finished(journal, number, frame->hash, sums, seconds) != 0)
+            warning(frame->tool.is_quiet,
+                    "%s: cannot be written; frame %d will not be "
+                    "skipped",
+                    journal->path, (int)number);
+        if (!frame->tool.is_quiet) {
+            printf("frame %d: %s, %.1f s\n", (int)number, frame->tool.output, seconds);
+            fflush(stdout);
+        }
+    }
+    return code;
+}
+
+static int check_frame(const struct frame *frame, struct frame_check *check,
+                       struct journal *journal)
+{
+    struct image_error error;
+    const struct frame_files files = {{frame->tool.output}};
+    check->path = frame_name(frame->tool.output, check->number, NULL);
+    if (check->path && frame_check_files(check, journal, &frame->hash, &files, &error))
+        return EXIT_DONE;
+    return exit_without_memory();
+}
+
+/* Frames that fail do not stop the others. */
+static int run_frames(const struct accumulate_options *tool,
+                      const struct operands *views, const struct frame_list *list,
+                      struct frames_report *report)
+{
+    struct journal journal;
+    struct image_error error;
+    struct tally tally = {0};
+    int code = EXIT_DONE;
+    if (!journal_open(&journal, tool->output, &error))
+        return exit_without_memory();
+    for (int i = 0; i < list->n && !os_is_interrupted(); i++) {
+        struct frame frame;
+        const bool is_good = frame_make(&frame, tool, views, list->numbers[i], &error);
+        if (!is_good)
+            code = exit_without_memory();
+        else if (report)
+            code = check_frame(&frame, &report->frames[i], &journal);
+        else
+            make_frame(&frame, list->numbers[i], &journal, &tally);
+        frame_free(&frame);
+        if (code != EXIT_DONE)
+            break;
+    }
+    journal_close(&journal);
+    if (!report && !tool->is_quiet)
+        printf("%d frame%s: %d averaged, %d skipped, %d failed, %d left\n", list->n,
+               list->n == 1 ? "" : "s", tally.n_made, tally.n_skipped, tally.n_failed,
+               list->n - tally.n_made - tally.n_skipped - tally.n_failed);
+    if (os_is_interrupted())
+        return os_interrupt_code();
+    return tally.n_failed ? EXIT_FAILED : code;
+}
+
+/* Every view stays; `list` NULL: no sequence. */
+static int check_files(const struct accumulate_options *tool,
+                       const struct operands *views, const struct frame_list *list)
+{
+    struct image_error error;
+    struct outputs outputs = {.frames = list, .error = &error};
+    outputs_add(&outputs, "output", tool->output);
+    for (int i = 0; i < views->n; i++)
+        outputs_spare(&outputs, NULL, views->items[i]);
+    return exit_code(outputs.code, &error);
+}
+
+static int accumulate_sequence(const struct accumulate_options *tool,
+                               const struct operands *views,
+                               struct frames_report *report)
+{
+    struct frame_list list;
+    struct image_error error;
+    if (!frame_is_pattern(tool->output)) {
+        message("--output: '%s' has no #### for the number of the frame, as the views "
+                "have",
+                tool->output);
+        return EXIT_USAGE;
+    }
+    if (!(tool->frames ? frame_list_parse(&list, tool->frames, &error)
+                       : frame_list_find(&list, views->items[0], &error))) {
+        message("%s%s", tool->frames ? "--frames: " : "", error.message);
+        return EXIT_USAGE;
+    }
+    int code = check_files(tool, views, &list);
+    if (code == EXIT_DONE && report)
+        code = frames_report_start(report, &list, &error) ? EXIT_DONE
+                                                          : exit_without_memory();
+    if (code == EXIT_DONE)
+        code = run_frames(tool, views, &list, report);
+    frame_list_free(&list);
+    return code;
+}
+
+/* What only a sequence has means nothing elsewhere. */
+static int accumulate_any(const struct accumulate_options *tool,
+                          const struct operands *views, struct frames_report *report)
+{
+    if (sequence_is_pattern(views->items[0]))
+        return accumulate_sequence(tool, views, report);
+    if (!report && !tool->frames && !tool->is_anew) {
+        const int code = check_files(tool, views, NULL);
+        return code == EXIT_DONE ? accumulate(tool, views) : code;
+    }
+    message("'%s' is no sequence, for which --frames, --anew and submit are; name its "
+            "frames with # for the digits of the number, as in 'view_0.####.exr'",
+            views->items[0]);
+    return EXIT_USAGE;
+}
+
+/* ---- looks ----------------------------------------------------------------------- */
+
+/* Where a parameter of a look goes; NULL: the mean has no use for it. */
+static double *option_of(struct accumulate_options *tool, const char *key)
+{
+    const struct {
+        const char *key;
+        double *value;
+    } all[] = {{"blend-gamma", &tool->blend_gamma},
+               {"highlight-clamp", &tool->clamp},
+               {"highlight-threshold", &tool->threshold},
+               {"highlight-gain", &tool->gain},
+               {"highlight-saturation", &tool->saturation}};
+    for (size_t i = 0; i < sizeof(all) / sizeof(all[0]); i++)
+        if (strcmp(all[i].key, key) == 0)
+            return all[i].value;
+    return NULL;
+}
+
+/* Takes from a look what a mean can have, and says what it cannot. */
+static bool take_look(struct accumulate_options *tool, const struct operands *operands)
+{
+    struct settings settings;
+    struct image_error error;
+    char unused[256] = "", text[32];
+    size_t n, n_used = 0;
+    const struct rf_param_info *list = rf_param_list(&n);
+    settings_init(&settings);
+    if (!look_read(tool->look, &settings, &error)) {
+        message("%s", error.message);
+        return false;
+    }
+    for (size_t i = 0; i < n; i++) {
+        double *value = option_of(tool, list[i].key);
+        if (settings_origin(&settings, list[i].key) == ORIGIN_DEFAULT)
+            continue;
+        rf_params_get(&settings.params, list[i].key, text, sizeof(text));
+        if (!value)
+            snprintf(unused + strlen(unused), sizeof(unused) - strlen(unused), "%s%s",
+                     *unused ? ", " : "", list[i].key);
+        else if (!options_given(operands, list[i].key))
+            *value = strtod(text, NULL);
+        n_used += value != NULL;
+    }
+    if (n_used == 0) {
+        message("--look %s: %s: of the lens, and cannot be had in a mean of "
+                "views that are rendered; where they have depth: rackfocus filter "
+                "VIEW.exr ... -o OUT --look %s",
+                tool->look, *unused ? unused : "nothing", tool->look);
+        return false;
+    }
+    if (*unused)
+        warning(tool->is_quiet, "--look %s: no effect on views that are rendered: %s",
+                tool->look, unused);
+    return true;
+}
+
+int accumulate_command_run(int argc, char **argv, struct frames_report *report)
+{
+    struct accumulate_options tool = {
+        .blend_gamma = NAN, .threshold = 1, .gain = 1, .saturation = 1};
+    struct image_error error;
+    struct operands operands;
+    int code = options_parse(&command_accumulate, argc, argv, &tool, NULL, &operands);
+    if (code != OPTIONS_GO_ON)
+        return code;
+    code = EXIT_USAGE;
+    if (operands.n == 0)
+        message("accumulate needs views, EXR files; see rackfocus accumulate --help");
+    else if (!tool.output)
+        message("accumulate needs an output, -o FILE.exr or -o FILE.png; see rackfocus "
+                "accumulate --help");
+    else if (!picture_check_kind(tool.output, &error))
+        message("%s", error.message);
+    else if (!tool.look || take_look(&tool, &operands)) {
+        if (operands.n == 1)
+            warning(tool.is_quiet,
+                    "%s: one view is its own mean: nothing is blurred; give the views "
+                    "from all points of the lens, or blur this one by its depth with "
+                    "rackfocus filter",
+                    operands.items[0]);
+        code = accumulate_any(&tool, &operands, report);
+    }
+    operands_free(&operands);
+    return code;
+}
+
+static int cmd_accumulate(int argc, char **argv)
+{
+    return accumulate_command_run(argc, argv, NULL);
+}
+
+const struct command command_accumulate = {
+    .name = "accumulate",
+    .summary = "average views from points of the lens",
+    .usage =
+        "VIEW.exr ... -o OUT [options]\n"
+        "       rackfocus accumulate VIEW_0.####.exr ... -o OUT.####.exr [options]",
+    .description =
+        "Writes the mean of any number of pictures of one size: renders from points of "
+        "the lens, each with the frustum sheared so that the plane in focus stays, "
+        "give the lens's picture. Needs no depth. One view is in memory at a time; "
+        "sums are in double precision.\n\n"
+        "Names with #### are sequences, #### the number of the frame: frame by frame, "
+        "those that are finished are skipped.",
+    .examples = "rackfocus accumulate view_*.exr -o out.exr\n"
+                "rackfocus accumulate 'left.####.exr' 'right.####.exr' -o "
+                "'out.####.exr' --frames 1-240",
+    .options = options,
+    .n_options = sizeof(options) / sizeof(options[0]),
+    .run = cmd_accumulate,
+};

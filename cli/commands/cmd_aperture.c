@@ -1,0 +1,230 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* rackfocus aperture: what a lamp becomes at many places of the picture. */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+#include "console/cli.h"
+#include "sources/looks.h"
+#include "sources/picture.h"
+#include "sources/settings.h"
+
+struct aperture_options {
+    const char *output, *look;
+    double radius_px;
+    int32_t width, n_threads;
+    bool is_quiet;
+};
+
+#define AT(member) offsetof(struct aperture_options, member)
+
+static const struct option options[] = {
+    OPTION_OUTPUT_ROW(AT(output), "Where to draw: .exr or .png."),
+    OPTION_TEXT_ROW("look", AT(look), "NAME",
+                    "Look of a kind of lens, as rackfocus looks lists them; options "
+                    "win over it."),
+    OPTION_NUMBER_ROW("radius", AT(radius_px), "PX", 2, 200,
+                      "Radius of the blur in the middle of the picture. [default 24]"),
+    OPTION_INT_ROW("width", AT(width), "PX", 64, 8192,
+                   "Width of the picture; each of its halves is as 16 to 9. [default "
+                   "960]"),
+    OPTION_THREADS_ROW(AT(n_threads)),
+    OPTION_QUIET_ROW(AT(is_quiet)),
+    OPTION_HELP_ROW,
+};
+
+/* The upper half is behind the focus, the lower one before it. */
+struct sheet_of_lamps {
+    int32_t width, height; /* of one half */
+    struct rf_params params;
+    float *rgb;   /* both halves, width x 2 height */
+    float *depth; /* of one half */
+};
+
+/* Sets the lens so that what is far away has twice the radius. */
+static rf_result set_lens(struct sheet_of_lamps *sheet, double radius_px,
+                          struct rf_error *error)
+{
+    struct rf_lens lens;
+    struct rf_params *params = &sheet->params;
+    params->lens_radius = 1;
+    const rf_result result =
+        rf_lens_init(&lens, params, sheet->width, sheet->height, error);
+    if (result == RF_OK)
+        params->lens_radius = 2 * radius_px / fabs(rf_lens_radius_px(&lens, INFINITY));
+    return result;
+}
+
+/* Bright rims shall show on a screen. */
+#define BRIGHTNESS 0.5
+
+/* Single pixels of the light of a disc, as many as find room. */
+static void put_lamps(const struct sheet_of_lamps *sheet, double radius_px, float *rgb)
+{
+    const double step = 3.5 * radius_px, pi = 3.14159265358979323846;
+    const int columns = (int)fmax(1, sheet->width / step) | 1;
+    const int rows = (int)fmax(1, sheet->height / step) | 1;
+    for (int j = 0; j < rows; j++)
+        for (int i = 0; i < columns; i++) {
+            const size_t x = (size_t)((i + 0.5) * sheet->width / columns);
+            const size_t y = (size_t)((j + 0.5) * sheet->height / rows);
+            for (int c = 0; c < 3; c++)
+                rgb[3 * (y * (size_t)sheet->width + x) + (size_t)c] =
+                    (float)(BRIGHTNESS * pi * radius_px * radius_px);
+        }
+}
+
+/* Lamps at the depth of this radius, > 0 behind the focus, through the lens. */
+static rf_result draw_half(const struct sheet_of_lamps *sheet,
+                           struct rf_context *context, double radius_px, float *rgb,
+                           struct rf_error *error)
+{
+    struct rf_lens lens;
+    struct rf_filter *filter = NULL;
+    const size_t n = (size_t)sheet->width * (size_t)sheet->height;
+    rf_result result =
+        rf_lens_init(&lens, &sheet->params, sheet->width, sheet->height, error);
+    if (result != RF_OK)
+        return result;
+    for (size_t i = 0; i < n; i++)
+        sheet->depth[i] = (float)rf_lens_depth_at(&lens, radius_px);
+    put_lamps(sheet, fabs(radius_px), rgb);
+    result = rf_filter_create(&filter, context, &sheet->params, sheet->width,
+                              sheet->height, error);
+    if (result != RF_OK)
+        return result;
+    const struct rf_image colour = rf_image_packed(rgb, sheet->width, sheet->height, 3);
+    const struct rf_view view = {
+        .colour = colour,
+        .depth = rf_image_packed(sheet->depth, sheet->width, sheet->height, 1)};
+    result = rf_filter_process(filter, &view, 1, &colour, NULL, error);
+    rf_filter_destroy(filter);
+    return result;
+}
+
+static rf_result draw(struct sheet_of_lamps *sheet, const struct aperture_options *tool,
+                      struct rf_error *error)
+{
+    struct rf_context *context;
+    const struct rf_context_params run = {.size = sizeof(run),
+                                          .cpu = getenv("RACKFOCUS_CPU"),
+                                          .n_threads = tool->n_threads};
+    float *lower = sheet->rgb + 3 * (size_t)sheet->width * (size_t)sheet->height;
+    rf_result result = set_lens(sheet, tool->radius_px, error);
+    if (result != RF_OK)
+        return result;
+    result = rf_context_create(&context, &run, error);
+    if (result != RF_OK)
+        return result;
+    result = draw_half(sheet, context, tool->radius_px, sheet->rgb, error);
+    if (result == RF_OK)
+        result = draw_half(sheet, context, -tool->radius_px, lower, error);
+    rf_context_destroy(context);
+    return result;
+}
+
+static bool write_sheet(const struct sheet_of_lamps *sheet, const char *path,
+                        int n_threads, struct image_error *error)
+{
+    static const char *const names[] = {"R", "G", "B"};
+    static const enum image_sample_type types[] = {IMAGE_SAMPLE_HALF, IMAGE_SAMPLE_HALF,
+                                                   IMAGE_SAMPLE_HALF};
+    const struct image_output output = {.width = sheet->width,
+                                        .height = 2 * sheet->height,
+                                        .n_channels = 3,
+                                        .channel_names = names,
+                                        .types = types,
+                                        .samples = sheet->rgb};
+    if (picture_kind(path) == PICTURE_PNG)
+        return image_write_png(path, sheet->rgb, sheet->width, 2 * sheet->height, 3, 8,
+                               false, error);
+    return image_write(path, &output, n_threads, error);
+}
+
+static int make_sheet(const struct aperture_options *tool,
+                      const struct settings *settings)
+{
+    struct rf_error error;
+    struct image_error image_error;
+    struct sheet_of_lamps sheet = {.width = tool->width,
+                                   .height = tool->width * 9 / 16,
+                                   .params = settings->params};
+    const size_t n = (size_t)sheet.width * (size_t)sheet.height;
+    sheet.rgb = app_memory(2 * 3 * n, sizeof(float), NULL);
+    sheet.depth = app_memory(n, sizeof(float), NULL);
+    int code = EXIT_FAILED;
+    if (!sheet.rgb || !sheet.depth) {
+        code = exit_without_memory();
+    } else if (draw(&sheet, tool, &error) != RF_OK) {
+        const struct rf_param_info *info = rf_param_find(error.field);
+        message("%s%s: %s", info ? "--" : "", info ? info->key : "aperture",
+                error.message);
+    } else if (!write_sheet(&sheet, tool->output, thread_count(tool->n_threads),
+                            &image_error)) {
+        message("%s", image_error.message);
+    } else {
+        code = EXIT_DONE;
+    }
+    free(sheet.rgb);
+    free(sheet.depth);
+    return code;
+}
+
+static bool check_usage(const struct aperture_options *tool, struct settings *settings,
+                        int n_operands)
+{
+    static const char *const useless[] = {"f-stop", "lens-radius", "method"};
+    struct image_error error = {.message = ""};
+    if (n_operands > 0)
+        message("aperture takes no file; see rackfocus aperture --help");
+    else if (!tool->output)
+        message("aperture needs an output, -o FILE.png or -o FILE.exr; see rackfocus "
+                "aperture --help");
+    else if (!picture_check_kind(tool->output, &error) ||
+             !picture_check_writable(tool->output, &error))
+        message("%s", error.message);
+    else {
+        for (size_t i = 0; i < sizeof(useless) / sizeof(useless[0]); i++)
+            if (settings_origin(settings, useless[i]) == ORIGIN_COMMAND_LINE) {
+                message("--%s has no place here: --radius says how large the blur is, "
+                        "and the method is layered",
+                        useless[i]);
+                return false;
+            }
+        if (!tool->look || look_read(tool->look, settings, &error))
+            return true;
+        message("%s", error.message);
+    }
+    return false;
+}
+
+static int cmd_aperture(int argc, char **argv)
+{
+    struct aperture_options tool = {.radius_px = 24, .width = 960};
+    struct settings settings;
+    struct operands operands;
+    const int code =
+        options_parse(&command_aperture, argc, argv, &tool, &settings, &operands);
+    if (code != OPTIONS_GO_ON)
+        return code;
+    const int n_operands = operands.n;
+    operands_free(&operands);
+    return check_usage(&tool, &settings, n_operands) ? make_sheet(&tool, &settings)
+                                                     : EXIT_USAGE;
+}
+
+const struct command command_aperture = {
+    .name = "aperture",
+    .summary = "draw what a lamp becomes all over the picture",
+    .usage = "-o PICTURE [--look NAME] [parameters]",
+    .description =
+        "Draws lamps through the lens: the upper half of the picture shows them behind "
+        "the focus, the lower half before it, each half the whole field of view. Lamps "
+        "have the light of a disc of brightness 0.5.",
+    .examples = "rackfocus aperture -o lemons.png --cat-eye 0.7\n"
+                "rackfocus aperture -o bubble.exr --look bubble --radius 40",
+    .options = options,
+    .n_options = sizeof(options) / sizeof(options[0]),
+    .takes_params = true,
+    .run = cmd_aperture,
+};

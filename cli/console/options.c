@@ -1,0 +1,380 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "console/options.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "console/cli.h"
+#include "console/help.h"
+#include "sources/settings.h"
+
+/* One run of the parser. */
+struct parser {
+    const struct command *command;
+    int argc;
+    char **argv;
+    int next; /* index of the argument to look at */
+    void *values;
+    struct settings *settings;
+    bool wants_help;
+    struct operands *operands;
+};
+
+static const char *const boolean_words[] = {"true", "false", "yes", "no",
+                                            "on",   "off",   "1",   "0"};
+
+static bool is_boolean_word(const char *text)
+{
+    for (size_t i = 0; i < sizeof(boolean_words) / sizeof(boolean_words[0]); i++)
+        if (strcmp(text, boolean_words[i]) == 0)
+            return true;
+    return false;
+}
+
+/* ---- unknown names -------------------------------------------------------------- */
+
+#define MAX_NAME 48
+
+/* Edits that turn a into b: insertions, deletions, substitutions, swapped neighbours.
+ */
+static int edit_distance(const char *a, const char *b)
+{
+    const int n = (int)strlen(a), m = (int)strlen(b);
+    if (n >= MAX_NAME || m >= MAX_NAME)
+        return MAX_NAME;
+    int rows[MAX_NAME + 1][MAX_NAME + 1];
+    for (int i = 0; i <= n; i++)
+        rows[i][0] = i;
+    for (int j = 0; j <= m; j++)
+        rows[0][j] = j;
+    for (int i = 1; i <= n; i++) {
+        for (int j = 1; j <= m; j++) {
+            int best = rows[i - 1][j - 1] + (a[i - 1] != b[j - 1]);
+            if (rows[i - 1][j] + 1 < best)
+                best = rows[i - 1][j] + 1;
+            if (rows[i][j - 1] + 1 < best)
+                best = rows[i][j - 1] + 1;
+            const bool is_swap =
+                i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1];
+            if (is_swap && rows[i - 2][j - 2] + 1 < best)
+                best = rows[i - 2][j - 2] + 1;
+            rows[i][j] = best;
+        }
+    }
+    return rows[n][m];
+}
+
+const char *nearest_name(const char *name, const char *const *candidates, size_t n)
+{
+    const size_t length = strlen(name);
+    const int limit = length < 6 ? 2 : (int)(length / 3);
+    const char *best = NULL;
+    int best_distance = limit + 1;
+    for (size_t i = 0; i < n; i++) {
+        int distance = edit_distance(name, candidates[i]);
+        /* The beginning of a longer name counts as near: "focus" is focus-distance. */
+        if (length >= 3 && strncmp(name, candidates[i], length) == 0)
+            distance = 1;
+        if (distance < best_distance) {
+            best_distance = distance;
+            best = candidates[i];
+        }
+    }
+    return best;
+}
+
+static int fail_unknown(const struct parser *parser, const char *name)
+{
+    const struct command *command = parser->command;
+    size_t n_params = 0;
+    const struct rf_param_info *params = rf_param_list(&n_params);
+    if (!command->takes_params)
+        n_params = 0;
+    const char **names =
+        app_memory(command->n_options + n_params, sizeof(*names), NULL);
+    if (!names)
+        return exit_without_memory();
+    size_t n = 0;
+    for (size_t i = 0; i < command->n_options; i++)
+        names[n++] = command->options[i].name;
+    for (size_t i = 0; i < n_params; i++)
+        names[n++] = params[i].key;
+    const char *near = nearest_name(name, names, n);
+    if (near)
+        message("unknown option --%s; did you mean --%s?", name, near);
+    else
+        message("unknown option --%s; see rackfocus %s --help", name, command->name);
+    free(names);
+    return EXIT_USAGE;
+}
+
+/* ---- values --------------------------------------------------------------------- */
+
+static int fail_number(const struct option *option, const char *text)
+{
+    message("--%s: '%s' is not a number from %g to %g", option->name, text, option->min,
+            option->max);
+    return EXIT_USAGE;
+}
+
+static int set_number(const struct option *option, const char *text, char *target)
+{
+    char *end;
+    const double number = strtod(text, &end);
+    const bool is_int = option->kind == OPTION_INT;
+    if (end == text || *end || strpbrk(text, "xX") || /* no 0x10, as of parameters */
+        !(number >= option->min && number <= option->max))
+        return fail_number(option, text);
+    if (is_int && number != (double)(int32_t)number) {
+        message("--%s: '%s' is not a whole number", option->name, text);
+        return EXIT_USAGE;
+    }
+    if (is_int)
+        *(int32_t *)target = (int32_t)number;
+    else
+        *(double *)target = number;
+    return OPTIONS_GO_ON;
+}
+
+static int set_choice(const struct option *option, const char *text, int32_t *target)
+{
+    const size_t length = strlen(text);
+    int32_t index = 0;
+    for (const char *choice = option->choices; choice; index++) {
+        const char *bar = strchr(choice, '|');
+        const size_t n = bar ? (size_t)(bar - choice) : strlen(choice);
+        if (n == length && strncmp(choice, text, n) == 0) {
+            *target = index;
+            return OPTIONS_GO_ON;
+        }
+        choice = bar ? bar + 1 : NULL;
+    }
+    message("--%s: '%s' is none of %s", option->name, text, option->choices);
+    return EXIT_USAGE;
+}
+
+static void note_given(struct operands *operands, const char *name)
+{
+    if (!options_given(operands, name))
+        operands->given[operands->n_given++] = name;
+}
+
+static int set_option(struct parser *parser, const struct option *option,
+                      const char *text)
+{
+    note_given(parser->operands, option->name);
+    char *target = (char *)parser->values + option->offset;
+    switch (option->kind) {
+    case OPTION_FLAG:
+        if (strcmp(option->name, "help") == 0)
+            parser->wants_help = true;
+        else
+            *(bool *)target = true;
+        return OPTIONS_GO_ON;
+    case OPTION_TEXT:
+    case OPTION_FILE:
+        if (!*text) {
+            message("--%s: the value is empty; give %s", option->name, option->value);
+            return EXIT_USAGE;
+        }
+        *(const char **)target = text;
+        return OPTIONS_GO_ON;
+    case OPTION_INT:
+    case OPTION_NUMBER:
+        return set_number(option, text, target);
+    case OPTION_CHOICE:
+        return set_choice(option, text, (int32_t *)target);
+    }
+    return EXIT_USAGE;
+}
+
+static int set_param(struct parser *parser, const struct rf_param_info *info,
+                     const char *text)
+{
+    struct rf_error error;
+    if (settings_set(parser->settings, info->key, text, &error) == RF_OK)
+        return OPTIONS_GO_ON;
+    /* The library's messages begin with the key: "f-stop is 0; its range is ...". */
+    const bool has_key = strncmp(error.message, info->key, strlen(info->key)) == 0;
+    message("--%s%s%s", has_key ? "" : info->key, has_key ? "" : ": ", error.message);
+    return EXIT_USAGE;
+}
+
+/* The value of an option: what followed '=', else the next argument. */
+static const char *take_value(struct parser *parser, const char *attached)
+{
+    if (attached)
+        return attached;
+    if (parser->next < parser->argc)
+        return parser->argv[parser->next++];
+    return NULL;
+}
+
+static int fail_no_value(const char *name)
+{
+    message("--%s: the value is missing; give it as --%s VALUE", name, name);
+    return EXIT_USAGE;
+}
+
+/* ---- arguments ------------------------------------------------------------------ */
+
+static int parse_param(struct parser *parser, const struct rf_param_info *info,
+                       bool is_negated, const char *attached)
+{
+    if (info->type == RF_TYPE_BOOL) {
+        if (is_negated && attached) {
+            message("--no-%s takes no value; leave out '=%s'", info->key, attached);
+            return EXIT_USAGE;
+        }
+        const char *text = is_negated ? "false" : attached ? attached : "true";
+        const bool has_next = parser->next < parser->argc;
+        if (!is_negated && !attached && has_next &&
+            is_boolean_word(parser->argv[parser->next]))
+            text = parser->argv[parser->next++];
+        return set_param(parser, info, text);
+    }
+    const char *text = take_value(parser, attached);
+    return text ? set_param(parser, info, text) : fail_no_value(info->key);
+}
+
+static const struct option *find_option(const struct command *command, const char *name,
+                                        char letter)
+{
+    for (size_t i = 0; i < command->n_options; i++) {
+        const struct option *option = &command->options[i];
+        if (name ? strcmp(option->name, name) == 0 : option->letter == letter)
+            return option;
+    }
+    return NULL;
+}
+
+/* The parameter with exactly this key; fields, with underscores, are no options. */
+static const struct rf_param_info *find_param(const struct command *command,
+                                              const char *name)
+{
+    const struct rf_param_info *info =
+        command->takes_params ? rf_param_find(name) : NULL;
+    return info && strcmp(info->key, name) == 0 ? info : NULL;
+}
+
+static int parse_long(struct parser *parser, const char *argument)
+{
+    char name[MAX_NAME];
+    const char *equals = strchr(argument, '=');
+    const size_t length = equals ? (size_t)(equals - argument) : strlen(argument);
+    snprintf(name, sizeof(name), "%.*s", (int)(length < 1000 ? length : 1000),
+             argument);
+    const char *attached = equals ? equals + 1 : NULL;
+
+    const struct option *option = find_option(parser->command, name, 0);
+    if (option && option->kind == OPTION_FLAG) {
+        if (!attached)
+            return set_option(parser, option, NULL);
+        message("--%s takes no value; leave out '=%s'", name, attached);
+        return EXIT_USAGE;
+    }
+    if (option) {
+        const char *text = take_value(parser, attached);
+        return text ? set_option(parser, option, text) : fail_no_value(name);
+    }
+    const struct rf_param_info *info = find_param(parser->command, name);
+    if (info)
+        return parse_param(parser, info, false, attached);
+    const bool is_negated = strncmp(name, "no-", 3) == 0;
+    info = is_negated ? find_param(parser->command, name + 3) : NULL;
+    if (info && info->type == RF_TYPE_BOOL)
+        return parse_param(parser, info, true, attached);
+    return fail_unknown(parser, name);
+}
+
+/* "-q", "-j4", "-j 4", "-qo out.exr". */
+static int parse_short(struct parser *parser, const char *letters)
+{
+    for (; *letters; letters++) {
+        const struct option *option = find_option(parser->command, NULL, *letters);
+        if (!option) {
+            message("unknown option -%c; see rackfocus %s --help", *letters,
+                    parser->command->name);
+            return EXIT_USAGE;
+        }
+        if (option->kind != OPTION_FLAG) {
+            const char *text = take_value(parser, letters[1] ? letters + 1 : NULL);
+            return text ? set_option(parser, option, text)
+                        : fail_no_value(option->name);
+        }
+        set_option(parser, option, NULL);
+    }
+    return OPTIONS_GO_ON;
+}
+
+static int parse_arguments(struct parser *parser, struct operands *operands)
+{
+    while (parser->next < parser->argc) {
+        char *argument = parser->argv[parser->next++];
+        int code = OPTIONS_GO_ON;
+        bool is_line = parser->command->takes_line && argument[0] != '-';
+        if (is_line || strcmp(argument, "--") == 0) {
+            parser->next -= is_line;
+            operands->rest = parser->argv + parser->next;
+            operands->n_rest = parser->argc - parser->next;
+            return OPTIONS_GO_ON;
+        }
+        if (strncmp(argument, "--", 2) == 0)
+            code = parse_long(parser, argument + 2);
+        else if (argument[0] == '-' && argument[1])
+            code = parse_short(parser, argument + 1);
+        else
+            operands->items[operands->n++] = argument;
+        if (code != OPTIONS_GO_ON)
+            return code;
+    }
+    return OPTIONS_GO_ON;
+}
+
+int options_parse(const struct command *command, int argc, char **argv, void *values,
+                  struct settings *settings, struct operands *operands)
+{
+    struct parser parser = {.command = command,
+                            .argc = argc,
+                            .argv = argv,
+                            .next = 1,
+                            .values = values,
+                            .settings = settings,
+                            .operands = operands};
+    *operands = (struct operands){
+        .items = app_memory((size_t)argc, sizeof(char *), NULL),
+        .given = app_memory(command->n_options, sizeof(char *), NULL)};
+    if (!operands->items || !operands->given) {
+        operands_free(operands);
+        return exit_without_memory();
+    }
+    if (settings)
+        settings_init(settings);
+    int code = parse_arguments(&parser, operands);
+    if (code == OPTIONS_GO_ON && parser.wants_help) {
+        help_print_command(command);
+        code = EXIT_DONE;
+    }
+    if (!command->keeps_rest)
+        for (int i = 0; i < operands->n_rest; i++)
+            operands->items[operands->n++] = operands->rest[i];
+    if (code != OPTIONS_GO_ON)
+        operands_free(operands);
+    return code;
+}
+
+bool options_given(const struct operands *operands, const char *name)
+{
+    for (int i = 0; i < operands->n_given; i++)
+        if (strcmp(operands->given[i], name) == 0)
+            return true;
+    return false;
+}
+
+void operands_free(struct operands *operands)
+{
+    free(operands->items);
+    free(operands->given);
+    *operands = (struct operands){0};
+}
