@@ -20,6 +20,7 @@ struct rf_occluder_layer {
     const float *radius; /* per pixel: of an occluder, or INFINITY */
     size_t stride;       /* of its rows; floats */
     float *own;          /* whole blocks, where the radii are not at hand; or NULL */
+    float *own_share;    /* likewise; of far parts alone */
     float *nearest;      /* per block: the least of them */
     float least;         /* of all blocks */
     double extent[2];    /* of u - a u_j over its part of the lens */

@@ -56,6 +56,8 @@ struct rf_source {
 };
 
 /* The surfaces of one view, as what may stand before a highlight. */
+struct rf_estimates;
+
 struct rf_occluders {
     const struct rf_surfaces *surfaces;
     /*
@@ -70,6 +72,7 @@ struct rf_occluders {
      */
     const float *behind;
     size_t behind_stride;
+    const struct rf_estimates *estimates;   /* of the same, of the one view; or NULL */
     float lens[2], shift_scale, shift_bias; /* as in struct rf_work_view */
 };
 

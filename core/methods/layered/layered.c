@@ -148,7 +148,9 @@ static rf_result run(struct layered *state, struct rf_work *work,
                                      .radius = radius,
                                      .radius_stride = pixels->stride,
                                      .behind = state->picture.behind,
-                                     .behind_stride = state->picture.behind_stride};
+                                     .behind_stride = state->picture.behind_stride,
+                                     .estimates =
+                                         state->hidden.at ? &state->hidden : NULL};
     struct rf_scene scene = {
         .frame = work->frame,
         .width = state->picture.width,
