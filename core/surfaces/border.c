@@ -33,11 +33,12 @@ enum { RIM = 2 };
 /*
  * Brighter light is dimmed to that, unless half of the LAMP px beside it are nearly as
  * bright: a lamp that is cut by the border is no bar of light, and a sky beside a wall is
- * no lamp. Of all pixels that are looked at, as it was once, a sky of 9 that fills less
+ * no lamp; what is nearer than the light does not count. Of all pixels that are looked at, as it was once, a sky of 9 that fills less
  * than half of a picture of 200 px came out as 5 at the border.
  */
 static const float LEAST_LIMIT = 1;
-enum { LAMP = 48 };
+enum { LAMP = 48, ENOUGH = 4 };
+static const float NEARER_PX = 2; /* of radius, as in bright_areas.c */
 /* Pixels to each side, of which the mean is taken along the border. */
 enum { TAPS = 4 };
 /* Pixels of a line that are looked at: so many, or twice the continued width. */
@@ -114,12 +115,20 @@ static int run_of(const struct side *s, int line)
     return s->depth;
 }
 
-static int n_brighter(const struct side *s, int line, int n, float limit)
+/* Are more than half of a line's first n pixels brighter, but for what stands before
+ * the first one and may hide more of its light? */
+static bool is_mostly_brighter(const struct side *s, int line, int n, float limit)
 {
-    int found = 0;
-    for (int i = 0; i < n; i++)
-        found += *value_at(s, s->pixels->luminance, place_at(s, line, i)) > limit;
-    return found;
+    const float nearest = radius_at(s, line, 0) - NEARER_PX;
+    int n_seen = 0, n_brighter = 0;
+    for (int i = 0; i < n; i++) {
+        const struct place p = place_at(s, line, i);
+        if (*value_at(s, s->pixels->radius, p) < nearest)
+            continue;
+        n_seen++;
+        n_brighter += *value_at(s, s->pixels->luminance, p) > limit;
+    }
+    return n_seen >= ENOUGH && n_brighter > n_seen / 2;
 }
 
 /* Two to four times the median luminance of a line's first pixels, or LEAST_LIMIT. */
@@ -129,7 +138,7 @@ static float limit_of(const struct side *s, int line)
         return INFINITY;
     const int n = rf_min_int(s->depth, LAMP);
     float limit = LEAST_LIMIT;
-    while (n_brighter(s, line, n, limit / 2) > n / 2)
+    while (is_mostly_brighter(s, line, n, limit / 2))
         limit *= 2;
     return limit;
 }

@@ -39,11 +39,16 @@ static const float HIGHLIGHT_LUMINANCE = 2; /* above display white by a stop */
 static const float HIGHLIGHT_OVER_AREA = 8; /* times the usual luminance around */
 static const float HIGHLIGHT_RADIUS_PX = 1;
 
+/* Of the radius: what is nearer may hide more of what is bright (skies between leaves
+ * 20 to 37 dB, now 37 to 72: docs/notebook/methods.md). */
+static const float NEARER_PX = 2;
+
 /* Shares of a window that is as wide as the blur, and of the luminance within. */
 static const float LARGE_SHARE = 1 / 3.0f, LARGE_LUMINANCE = 0.25f;
 
 enum {
     LARGE_PLACES = 6, /* across it */
+    LARGE_ENOUGH = 4, /* of these: where fewer can be seen, nearer ones are asked */
     LARGE_LEAST_PX = 8,
     LARGE_MOST_PX = 30,     /* less than what a pixel's areas reach */
     AREA = 32,              /* px a side */
@@ -223,11 +228,17 @@ static int place_across(int i, int reach)
     return (place & ~1) | (i & 1);
 }
 
-bool rf_is_large_light(const struct rf_areas *a, const struct rf_work_view *view,
-                       int n_planes, int x, int y, float luminance, float r)
+/* Places around a bright pixel that say what it is part of. */
+struct around_light {
+    int n, n_bright;
+};
+
+static struct around_light look_around(const struct rf_areas *a,
+                                       const struct rf_work_view *view, int n_planes,
+                                       int x, int y, float least, float nearest_r,
+                                       int reach)
 {
-    int reach = (int)rf_min_float(fabsf(r), LARGE_MOST_PX), n = 0, n_bright = 0;
-    reach = rf_max_int(reach, LARGE_LEAST_PX);
+    struct around_light around = {0, 0};
     for (int j = 0; j < LARGE_PLACES; j++)
         for (int i = 0; i < LARGE_PLACES; i++) {
             int at_x = x + place_across(i, reach), at_y = y + place_across(j, reach);
@@ -235,11 +246,26 @@ bool rf_is_large_light(const struct rf_areas *a, const struct rf_work_view *view
                 (unsigned)at_y >= (unsigned)a->height)
                 continue;
             size_t at = (size_t)at_y * (size_t)a->width + (size_t)at_x;
-            n_bright += luminance_at(view, n_planes, at_x, at_y, at) >=
-                        LARGE_LUMINANCE * luminance;
-            n++;
+            const bool is_bright =
+                luminance_at(view, n_planes, at_x, at_y, at) >= least;
+            around.n_bright += is_bright;
+            around.n += is_bright || !(view->radius[at] < nearest_r);
         }
-    return (float)n_bright > LARGE_SHARE * (float)n;
+    return around;
+}
+
+bool rf_is_large_light(const struct rf_areas *a, const struct rf_work_view *view,
+                       int n_planes, int x, int y, float luminance, float r)
+{
+    struct around_light around = {0, 0};
+    int reach = (int)rf_min_float(fabsf(r), LARGE_MOST_PX);
+    x = rf_min_int(rf_max_int(x, 0), a->width - 1); /* beyond the border it goes on */
+    y = rf_min_int(rf_max_int(y, 0), a->height - 1);
+    reach = rf_max_int(reach, LARGE_LEAST_PX);
+    for (; reach > 1 && around.n < LARGE_ENOUGH; reach /= 2)
+        around = look_around(a, view, n_planes, x, y, LARGE_LUMINANCE * luminance,
+                             r - NEARER_PX, reach);
+    return (float)around.n_bright > LARGE_SHARE * (float)around.n;
 }
 
 float rf_least_highlight(void)

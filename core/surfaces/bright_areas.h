@@ -58,7 +58,8 @@ bool rf_is_highlight(float luminance, float r, float factor, float usual);
  * Is a highlight at pixel (x, y) of those at hand, which may lie beside them, part of
  * something large: a window, a bright sky or their reflection? As an ordinary surface
  * it goes on behind what stands before it, where a lamp would be doubled. What counts
- * lies less than 32 px away.
+ * lies less than 32 px away and is not hidden by what is nearer: a sky between leaves is
+ * a sky.
  */
 bool rf_is_large_light(const struct rf_areas *areas, const struct rf_work_view *view,
                        int n_planes, int x, int y, float luminance, float r);
