@@ -5,6 +5,7 @@
 #include <stdlib.h>
 
 #include "common/report.h"
+#include "sources/depth_repair.h"
 
 static int compare_floats(const void *a, const void *b)
 {
@@ -48,10 +49,31 @@ static bool make_planar(const struct source *source, const struct rf_params *par
            set_error(error, "%s: %s", image_path(source->depth), core_error.message);
 }
 
-static bool pick(const struct source *source, const struct rf_params *params,
-                 const struct focus_place *place, double *distance,
-                 struct image_error *error)
+/* What filter refuses is no distance to focus on either, what it warns of is told. */
+static bool judge(const struct source *source, const struct settings *settings,
+                  float *depth, const struct app_host *host, struct image_error *error)
 {
+    const struct rf_depth_channel channel = {.depth = depth,
+                                             .width = source->width,
+                                             .height = source->height,
+                                             .infinity =
+                                                 settings->params.depth_infinity};
+    const char *path = image_path(source->depth);
+    struct depth_findings found;
+    char text[400];
+    if (!depth_find(&found, source, settings, NULL, &channel))
+        return set_error(error, "%s: out of memory", path);
+    if (depth_is_refused(&found, text, sizeof(text)))
+        return set_error(error, "%s: the depth %s", path, text);
+    return !depth_is_doubtful(&found, text, sizeof(text)) ||
+           app_warn(host, error, "%s: the depth %s", path, text) == APP_DONE;
+}
+
+static bool pick(const struct source *source, const struct settings *settings,
+                 const struct rf_params *params, const struct focus_request *request,
+                 double *distance, struct image_error *error)
+{
+    const struct focus_place *place = &request->place;
     const struct image_box *data = &source->info.data_window;
     const struct image_box *display = &source->info.display_window;
     const double x = floor(place->x) + display->min_x - data->min_x;
@@ -61,7 +83,8 @@ static bool pick(const struct source *source, const struct rf_params *params,
         return set_error(error, "%s: (%g, %g) lies outside of its %d x %d px", path,
                          place->x, place->y, source->width, source->height);
     float *depth = source_read_depth(source, 1, error);
-    if (!depth || !make_planar(source, params, depth, error)) {
+    if (!depth || !judge(source, settings, depth, request->host, error) ||
+        !make_planar(source, params, depth, error)) {
         free(depth);
         return false;
     }
@@ -73,23 +96,21 @@ static bool pick(const struct source *source, const struct rf_params *params,
                      path, place->x, place->y);
 }
 
-bool focus_pick(const struct source_request *request, const struct settings *settings,
-                const struct focus_place *place, double *distance,
-                struct image_error *error)
+bool focus_pick(const struct focus_request *request, const struct settings *settings,
+                double *distance, struct image_error *error)
 {
     struct source source;
     struct rf_params params;
     struct rf_error core_error;
     char text[1024];
-    if (!source_open(&source, request, error))
+    if (!source_open(&source, request->source, error))
         return false;
     bool is_good = false;
     struct settings *own = app_memory(1, sizeof(*own), error);
     if (own)
         *own = *settings;
-    if (own && source.z < 0)
-        set_error(error, "%s: has no depth; name its file with --depth-file",
-                  image_path(source.colour));
+    if (own && !source_check_depth(&source, error))
+        is_good = false;
     else if (own && source.info.is_deep)
         set_error(error,
                   "%s: holds deep samples; pick in a flat file of it "
@@ -101,7 +122,7 @@ bool focus_pick(const struct source_request *request, const struct settings *set
              settings_fit_window(own, &source.info, &params, &core_error) != RF_OK)
         set_error(error, "%s: %s", image_path(source.depth), core_error.message);
     else if (own)
-        is_good = pick(&source, &params, place, distance, error);
+        is_good = pick(&source, own, &params, request, distance, error);
     free(own);
     source_close(&source);
     return is_good;

@@ -216,18 +216,10 @@ bool source_has_only_data(const struct source *source, char *text, size_t n_byte
     return layer->is_data;
 }
 
-bool source_check(const struct source *source, struct image_error *error)
+bool source_check_depth(const struct source *source, struct image_error *error)
 {
-    char channels[400], text[500];
+    char channels[400];
     source_list_channels(source->colour, channels, sizeof(channels));
-    if (source->layer.r < 0)
-        return set_error(
-            error,
-            "%s: there is no colour; its channels are %s; give the file of the "
-            "picture first, and that of the depth with --depth-file",
-            image_path(source->colour), channels);
-    if (source_has_only_data(source, text, sizeof(text)))
-        return set_error(error, "%s: %s", image_path(source->colour), text);
     if (source->z < 0)
         return set_error(
             error,
@@ -241,7 +233,22 @@ bool source_check(const struct source *source, struct image_error *error)
             "%s: holds deep samples, which have depths of their own; leave "
             "the file of the depth out",
             image_path(source->colour));
-    return check_windows(source, error);
+    return source->layer.r < 0 || check_windows(source, error);
+}
+
+bool source_check(const struct source *source, struct image_error *error)
+{
+    char channels[400], text[500];
+    source_list_channels(source->colour, channels, sizeof(channels));
+    if (source->layer.r < 0)
+        return set_error(
+            error,
+            "%s: there is no colour; its channels are %s; give the file of the "
+            "picture first, and that of the depth with --depth-file",
+            image_path(source->colour), channels);
+    if (source_has_only_data(source, text, sizeof(text)))
+        return set_error(error, "%s: %s", image_path(source->colour), text);
+    return source_check_depth(source, error);
 }
 
 bool source_is_doubtful(const struct source *source, char *text, size_t n_bytes)

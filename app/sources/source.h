@@ -47,6 +47,9 @@ void source_close(struct source *source);
 bool source_read_facts(const struct source *source, struct settings *settings,
                        char *text, size_t n_bytes);
 
+/* Is there a depth, of all of the colour where there is one? */
+bool source_check_depth(const struct source *source, struct image_error *error);
+
 /* Is there all that a filter needs, in one size? */
 bool source_check(const struct source *source, struct image_error *error);
 

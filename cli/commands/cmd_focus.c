@@ -64,9 +64,18 @@ static bool parse_pick(const char *text, bool is_sequence, struct pick *pick)
     return false;
 }
 
-static int measure(const struct focus_options *tool, const struct settings *settings,
-                   char *pattern, bool is_sequence, struct pick *pick)
+/* Picks of one command: the settings, and who is told of doubts, once of each. */
+struct measuring {
+    const struct focus_options *tool;
+    const struct settings *settings;
+    struct cli_host cli;
+    const struct app_host *host;
+};
+
+static int measure(const struct measuring *m, char *pattern, bool is_sequence,
+                   struct pick *pick)
 {
+    const struct focus_options *tool = m->tool;
     struct image_error error;
     char *path = is_sequence ? frame_name(pattern, pick->frame, &error) : pattern;
     char *depth_file = tool->depth_file && is_sequence
@@ -78,8 +87,8 @@ static int measure(const struct focus_options *tool, const struct settings *sett
                                            .layer = tool->layer,
                                            .depth_file = depth_file,
                                            .depth_channel = tool->depth_channel};
-    is_good = is_good &&
-              focus_pick(&request, settings, &pick->place, &pick->distance, &error);
+    const struct focus_request wanted = {&request, pick->place, m->host};
+    is_good = is_good && focus_pick(&wanted, m->settings, &pick->distance, &error);
     if (is_sequence) {
         free(path);
         free(depth_file);
@@ -159,9 +168,11 @@ static int run(const struct focus_options *tool, const struct settings *settings
     for (int i = 0; i < n; i++)
         if (!parse_pick(operands->items[i + 1], is_sequence, &picks[i]))
             return EXIT_USAGE;
+    struct measuring m = {.tool = tool, .settings = settings};
+    m.host = cli_host_open(&m.cli, false, false);
     int code = check_output(tool, input);
     for (int i = 0; i < n && code == EXIT_DONE; i++)
-        code = measure(tool, settings, input, is_sequence, &picks[i]);
+        code = measure(&m, input, is_sequence, &picks[i]);
     if (code != EXIT_DONE)
         return code;
     qsort(picks, (size_t)n, sizeof(*picks), compare_picks);

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """rackfocus focus: distances at pixels, and the pull that filter makes of them."""
 
+import numpy
 import pytest
 
 SIZE = (48, 32)
@@ -112,3 +113,65 @@ def test_nothing_there(rackfocus, scene, tmp_path):
     scene("sky.exr", change=change)
     done = rackfocus("focus", tmp_path / "sky.exr", "3,4", code=1)
     assert "nothing was hit" in done.stderr
+
+
+@pytest.mark.parametrize(
+    "change, says",
+    [
+        (lambda z: -z, "--depth-scale -1"),
+        (lambda z: z / 12, "say --depth normalised"),
+        (lambda z: 1.9 / z * (z < 6) * numpy.linspace(0.5, 2.5, 48), "depth inverse"),
+    ],
+)
+def test_what_filter_refuses(rackfocus, scene, tmp_path, change, says):
+    """A distance of such numbers is as wrong as a picture."""
+
+    def make(c):
+        c["Z"] = change(c["Z"])
+
+    path = scene("bad.exr", change=make)
+    reasons = []
+    for command in (
+        ["focus", path, "24,16"],
+        ["filter", path, "-o", tmp_path / "o.exr"],
+    ):
+        done = rackfocus(*command, code=1)
+        assert says in done.stderr and done.stdout == ""
+        reasons.append(done.stderr.splitlines()[-1])
+    assert reasons[0] == reasons[1]
+    rackfocus("focus", path, "24,16", "--depth", "planar", "--depth-scale", "1",
+              code=1 if says == "--depth-scale -1" else 0)  # fmt: skip
+
+
+def test_what_filter_warns_of(rackfocus, scene, tmp_path):
+    def make(c):
+        c["Z"] = 0.1 + c["Z"] / 100
+
+    csv = tmp_path / "focus.csv"
+    for i in (1, 2):
+        scene(f"near.{i:04d}.exr", change=make)
+    picks = [at(1, DISC), at(1 + 1, WALL)]
+    done = rackfocus("focus", tmp_path / "near.####.exr", *picks, "-o", csv)
+    assert done.stderr.count("taken for distances; normalised and inverse") == 2
+    path = tmp_path / "near.0001.exr"
+    done = rackfocus("focus", path, "24,16")
+    assert "warning: " in done.stderr and "--focus-distance 0.1" in done.stdout
+    assert rackfocus("focus", path, "24,16", "--depth", "planar").stderr == ""
+
+
+def test_no_depth(rackfocus, scene):
+    def make(c):
+        c["far"] = c.pop("Z")
+
+    path = scene("plain.exr", change=make)
+    done = rackfocus("focus", path, "24,16", code=1)
+    assert "its channels are B, G, R, far" in done.stderr
+    assert "--depth-channel, or give the file" in done.stderr
+    done = rackfocus("focus", path, "24,16", "--depth-channel", "far")
+    assert done.stdout == "--focus-distance 3\n"
+
+
+def test_depth_that_does_not_cover_the_colour(rackfocus, scene):
+    small = scene("small.exr", size=(24, 16))
+    done = rackfocus("focus", scene(), "24,16", "--depth-file", small, code=1)
+    assert "the depth is 24 x 16" in done.stderr
