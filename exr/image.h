@@ -84,6 +84,8 @@ bool image_attribute_matrix(const struct image_input *input, const char *name,
  */
 const char *image_view_name(const struct image_input *input, int i);
 int image_view_count(const struct image_input *input);
+/* The view that a channel is of; NULL in a file without views. */
+const char *image_view_of(const struct image_input *input, int channel);
 
 /*
  * An attribute of one view: `name` in the header of a part of that view, else
@@ -111,7 +113,7 @@ struct image_layer {
 
 /*
  * Finds the colour and depth of a layer. `layer` (may be NULL) is matched against whole
- * dotted components: "ViewLayer", "ViewLayer.Combined", "Composite". NULL takes the
+ * dotted components: "ViewLayer", "ViewLayer.Combined", "Composite"; the name of a view takes that. NULL takes the
  * first of: plain R G B; *.Combined.*; Composite.*; other names that mean the picture
  * ("beauty", "rgba"); any other layer with R G B; one of data, such as albedo, normals
  * and Cryptomatte (layer_names.c has the names).

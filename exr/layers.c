@@ -159,6 +159,17 @@ static void parse_name(const struct image_input *input, int channel, struct name
         name->n = 0;
 }
 
+const char *image_view_of(const struct image_input *input, int channel)
+{
+    struct name name;
+    const char *view;
+    parse_name(input, channel, &name);
+    for (int i = 0; (view = image_view_name(input, i)) != NULL; i++)
+        if (!name.view[0] || strcmp(view, name.view) == 0)
+            return view;
+    return NULL;
+}
+
 static bool is_same_layer(const struct name *a, int n_a, const struct name *b, int n_b)
 {
     if (n_a != n_b)
@@ -174,15 +185,19 @@ static bool is_same_view(const struct name *a, const struct name *b)
     return strcmp(a->view, b->view) == 0;
 }
 
-/* "ViewLayer.left" matches ViewLayer.Combined.left.R: whole components, in order. */
-static bool is_asked_for(const struct name *name, const char *layer)
+/* "ViewLayer.left" matches ViewLayer.Combined.left.R: whole components, in order. What
+ * has no view is of the first. */
+static bool is_asked_for(const struct image_input *input, const struct name *name,
+                         const char *layer)
 {
+    const char *first = image_view_name(input, 0);
+    const char *view = name->view[0] || !first ? name->view : first;
     const char *words[MAX_COMPONENTS + 1];
     int n = 0;
     for (int i = 0; i < name->n_named; i++)
         words[n++] = name->component[i];
-    if (name->view[0])
-        words[n++] = name->view;
+    if (view[0])
+        words[n++] = view;
 
     for (int i = 0; *layer;) {
         size_t length = strcspn(layer, ".");
@@ -320,7 +335,7 @@ static int colour_rank(const struct image_input *input, const struct wanted *wan
     const bool is_red = colour_index(name->base) == 0;
     if (!is_red && (strcmp(name->base, "Y") != 0 || has_sibling(input, name, "X")))
         return RANK_NONE;
-    if ((wanted->layer && !is_asked_for(name, wanted->layer)) ||
+    if ((wanted->layer && !is_asked_for(input, name, wanted->layer)) ||
         (wanted->view && !is_of_view(input, name->view, wanted->view)))
         return RANK_NONE;
     /* "ZDepth.R" is depth in all of R G B. */

@@ -45,33 +45,50 @@ const char *filter_compression(const struct run *run)
 }
 
 /* Attributes that the lens's picture does not have: it is no view, and one merged from
- * a multi-view file is alone in its file. */
-static const char *const of_view[] = {VIEWS_OFFSET "*", VIEWS_SHEAR "*", NULL};
-static const char *const of_multi_view[] = {VIEWS_OFFSET "*", VIEWS_SHEAR "*", "view",
-                                            "multiView",      "name",          NULL};
-
-/* The same of what was larger: its focal length is counted in other pixels. */
-static const char *const of_large_view[] = {"rackfocus:focalLengthPx*",
-                                            VIEWS_OFFSET "*", VIEWS_SHEAR "*", NULL};
-static const char *const of_large_multi_view[] = {"rackfocus:focalLengthPx*",
-                                                  VIEWS_OFFSET "*",
-                                                  VIEWS_SHEAR "*",
-                                                  "view",
-                                                  "multiView",
-                                                  "name",
-                                                  NULL};
-
-static const char *const *dropped_of(const struct run *run, bool is_multi_view)
-{
-    if (run->tool->supersample > 1)
-        return is_multi_view ? of_large_multi_view : of_large_view;
-    return is_multi_view ? of_multi_view : of_view;
-}
+ * a multi-view file is alone in its file, as is one eye of it. The first only goes where
+ * the input was larger: its focal length is counted in other pixels. */
+#define OF_LARGE "rackfocus:focalLengthPx*"
+static const char *const of_view[] = {OF_LARGE, VIEWS_OFFSET "*", VIEWS_SHEAR "*",
+                                      NULL};
+static const char *const of_eye[] = {OF_LARGE, VIEWS_OFFSET "*", VIEWS_SHEAR "*",
+                                     "multiView", NULL};
+static const char *const of_multi_view[] = {
+    OF_LARGE, VIEWS_OFFSET "*", VIEWS_SHEAR "*", "view", "multiView", "name", NULL};
 
 /* Of the view of a multi-view file that the result is like; else NULL. */
 static const char *view_name(const struct run *run)
 {
     return run->has_views ? run->list.items[0].name : run->tool->view;
+}
+
+/* The only view of a multi-view file that is written, without having been asked for by
+ * --stereo; else NULL. */
+static const char *eye_name(const struct run *run)
+{
+    const struct source *source = &run->source;
+    if (run->has_views || run->tool->view || run->tool->pass_through ||
+        image_view_count(source->colour) < 2)
+        return NULL;
+    return image_view_of(source->colour, source->layer.r);
+}
+
+static const char *const *dropped_of(const struct run *run)
+{
+    const char *const *all = view_name(run)  ? of_multi_view
+                             : eye_name(run) ? of_eye
+                                             : of_view;
+    return run->tool->supersample > 1 ? all : all + 1;
+}
+
+/* Says which eye it is, where the header of the part does not. Counts what is there. */
+static int add_eye(const struct run *run, struct image_attribute *made)
+{
+    const char *eye = eye_name(run);
+    if (!eye || run->source.info.view[0])
+        return 1;
+    made[1] = (struct image_attribute){
+        .name = "view", .type = IMAGE_ATTRIBUTE_STRING, .text = eye};
+    return 2;
 }
 
 /* "v00.R" becomes "R", "ViewLayer.Combined.v00.R" "ViewLayer.Combined.R". */
@@ -91,8 +108,10 @@ static void drop_view(const char *name, const char *view, char *out, size_t n_by
 
 void filter_drop_view(const struct run *run, struct source_description *to)
 {
-    const char *view = view_name(run);
-    to->output.dropped = view ? of_multi_view : of_view;
+    const char *view = view_name(run) ? view_name(run) : eye_name(run);
+    to->output.dropped = dropped_of(run);
+    if (to->output.attributes)
+        to->output.n_attributes = add_eye(run, to->made);
     for (int i = 0; i < to->output.n_channels && view; i++) {
         char name[sizeof(to->own_names[i])];
         drop_view(to->own_names[i], view, name, sizeof(name));
@@ -152,7 +171,7 @@ static void name_channels(const struct run *run, int n_colours,
     const int rgba[4] = {layer->r, layer->g, layer->b, layer->a};
     const int grey_alpha[2] = {layer->r, layer->a};
     const int *indices = source->is_grey ? grey_alpha : rgba;
-    const char *view = view_name(run);
+    const char *view = view_name(run) ? view_name(run) : eye_name(run);
     for (int i = 0; i < n_colours && i < 4; i++) {
         names->all[i] = names->own[i];
         if (layer->is_chroma && i < 3)
@@ -180,10 +199,11 @@ static bool write_channels(const struct run *run, int n_colours, const float *sa
         types[i] = is_half ? IMAGE_SAMPLE_HALF : IMAGE_SAMPLE_FLOAT;
     struct image_output output =
         output_of(&run->source, n_all, names->all, types, samples);
+    struct image_attribute made[2] = {*filtered};
     output.compression = filter_compression(run);
-    output.attributes = filtered;
-    output.n_attributes = 1;
-    output.dropped = dropped_of(run, view_name(run));
+    output.attributes = made;
+    output.n_attributes = add_eye(run, made);
+    output.dropped = dropped_of(run);
     output.like = run->source.colour;
     output.like_part = run->source.part;
     output.has_own_windows = run->tool->supersample > 1;

@@ -266,6 +266,8 @@ static int read_facts(struct run *run)
     if (code == APP_DONE)
         code = filter_warn_choice(run);
     if (code == APP_DONE)
+        code = filter_warn_eyes(run);
+    if (code == APP_DONE)
         code = check_mist(run);
     if (code == APP_DONE)
         code = check_distribution(run);

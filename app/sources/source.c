@@ -331,9 +331,9 @@ void source_describe(const struct source *like, const struct source_output *how,
         d->names[i] = d->own_names[i];
         d->types[i] = how->type;
     }
-    d->made = (struct image_attribute){.name = "rackfocus:filtered",
-                                       .type = IMAGE_ATTRIBUTE_STRING,
-                                       .text = how->made};
+    d->made[0] = (struct image_attribute){.name = "rackfocus:filtered",
+                                          .type = IMAGE_ATTRIBUTE_STRING,
+                                          .text = how->made};
     d->output = (struct image_output){
         .width = like->width,
         .height = like->height,
@@ -344,7 +344,7 @@ void source_describe(const struct source *like, const struct source_output *how,
         .channel_names = d->names,
         .types = d->types,
         .compression = how->compression,
-        .attributes = how->made ? &d->made : NULL,
+        .attributes = how->made ? d->made : NULL,
         .n_attributes = how->made ? 1 : 0,
         .like = like->colour,
         .like_part = like->part,

@@ -90,7 +90,7 @@ struct source_description {
     char own_names[4][256];
     const char *names[4];
     enum image_sample_type types[4];
-    struct image_attribute made;
+    struct image_attribute made[2]; /* room for one more */
     struct image_output output;
 };
 

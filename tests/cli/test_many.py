@@ -222,6 +222,50 @@ def test_stereo_to_a_file_each(rackfocus, pair, both, tmp_path, kind, mark, name
         assert (tmp_path / f"out_{name}.png").exists()
 
 
+@pytest.mark.parametrize("layer", [None, "left", "right"])
+def test_one_eye_says_so(rackfocus, pair, both, tmp_path, layer):
+    """A file of two eyes, of which one is filtered: no silent choice, and no header that
+    names views which are not there."""
+    out = tmp_path / "out.exr"
+    options = ["--layer", layer] if layer else []
+    if layer == "right":
+        options += ["--focus-distance", "6"]
+    done = rackfocus("filter", both, "-o", out, "--type", "float", *options)
+    want = each(rackfocus, pair, tmp_path)[layer == "right"]
+    got, attributes = plainexr.read(out)
+    assert sorted(got) == ["B", "G", "R"]
+    assert all(numpy.array_equal(got[name], want[name]) for name in "RGB")
+    assert "multiView" not in attributes and attributes["view"] == (layer or "left")
+    assert ("holds the views left, right; only left" in done.stderr) is not bool(layer)
+    assert layer or "--stereo" in done.stderr and "--layer" in done.stderr
+    if layer:
+        assert done.stderr == ""
+    else:
+        (tmp_path / "out.exr").unlink()
+        rackfocus("filter", both, "-o", out, "--strict", code=1)
+    done = rackfocus("filter", both, "-o", out, "--pass-through", *options)
+    assert ("right" if layer != "right" else "left") + " without blur" in done.stderr
+    assert "multiView" in plainexr.read(out)[1]
+
+
+def test_eyes_in_windows(rackfocus, scene, tmp_path):
+    """The same file where the picture is filtered strip by strip."""
+    path = scene("large.exr", size=(1600, 1600), attributes=LENS)
+    channels = plainexr.read(path)[0]
+    channels |= {f"right.{name}": values for name, values in channels.items()}
+    both = plainexr.write(
+        tmp_path / "both.exr", channels, LENS | {"multiView": ["left", "right"]}
+    )
+    out, parts = tmp_path / "out.exr", tmp_path / "parts.exr"
+    rackfocus("filter", both, "-o", out, "--layer", "right", "--quality", "preview")
+    rackfocus(
+        "filter", both, "-o", parts, "--layer", "right", "--quality", "preview",
+        "--max-memory", "60",
+    )  # fmt: skip
+    assert out.read_bytes() == parts.read_bytes()
+    assert plainexr.read(out)[1]["view"] == "right"
+
+
 def test_names_of_views_are_kept(rackfocus, scene, tmp_path):
     paths = [scene(f"{n}.exr", attributes=LENS | {"view": n}) for n in ("main", "side")]
     out = tmp_path / "out.exr"

@@ -311,7 +311,8 @@ def test_layer_names_a_view(rackfocus, views, shared, tmp_path):
     rackfocus("filter", path, "--layer", "v01", "-o", picked)
     rackfocus("filter", views()[1], "-o", alone)
     a, b = plainexr.read(picked)[0], plainexr.read(alone)[0]
-    assert all(numpy.array_equal(a[f"v01.{name}"], b[name]) for name in "RGB")
+    assert all(numpy.array_equal(a[name], b[name]) for name in "RGB")
+    assert plainexr.read(picked)[1]["view"] == "v01"
 
 
 def test_a_view_without_its_place_is_named(rackfocus, shared, tmp_path):

@@ -319,6 +319,7 @@ def test_views_keep_their_own_depth(tmp_path):
     right = "right.R right.G right.B - right.Z"
     assert dump("view", path, "right") == f"'right' {right}\n"
     assert dump("layer", path, "right") == f"'right' {right}\n"
+    assert dump("layer", path, "left") == "'' R G B - Z\n"
     assert dump("views", path) == "left\nright\n"
 
 
