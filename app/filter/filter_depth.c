@@ -13,8 +13,9 @@ int filter_judge_depth(const struct run *run, const struct rf_depth_stats *stats
                        struct depth_findings *found)
 {
     const char *path = image_path(run->source.depth);
-    char text[400];
-    depth_judge(found, &run->source, run->settings, rf_filter_lens(run->filter), stats);
+    char text[500];
+    depth_judge(found, &run->source, run->settings, rf_filter_lens(run->filter), stats,
+                &run->numbers);
     if (depth_is_refused(found, text, sizeof(text)))
         return app_fail(run->error, APP_FAILED, "%s: the depth %s", path, text);
     if (depth_is_doubtful(found, text, sizeof(text)) &&
@@ -103,6 +104,7 @@ int filter_repair_depth(struct run *run)
         rf_depth_undo_mist(depth_of(run, i), n, (enum rf_mist)run->tool->mist_falloff);
     if (!filter_needs_depth(run))
         return APP_DONE;
+    depth_numbers_add(&run->numbers, &run->settings->params, run->depth, n);
     if (rf_depth_measure(NULL, &channel, &stats, NULL) != RF_OK)
         return app_fail(run->error, APP_NO_MEMORY, "%s: out of memory",
                         image_path(source->depth));

@@ -45,7 +45,8 @@ struct run {
      * largest_radius alone. */
     double least_radius, most_radius, largest_radius;
     bool has_radii;
-    struct doubts_tally *doubts; /* NULL: nobody hears of them, or they were told */
+    struct depth_numbers numbers; /* of the first view */
+    struct doubts_tally *doubts;  /* NULL: nobody hears of them, or they were told */
     double shared_views; /* that show a pixel the same, on average; 0: nobody asked */
 };
 

@@ -58,6 +58,7 @@ static void judge_names(struct depth_findings *found, const struct source *sourc
     snprintf(found->channel, sizeof(found->channel), "%s", name);
     snprintf(found->rival, sizeof(found->rival), "%s", rival);
     found->is_half = channels[source->z].type == IMAGE_SAMPLE_HALF;
+    found->is_uint = channels[source->z].type == IMAGE_SAMPLE_UINT;
     found->is_mist = strcasestr(name, "mist") != NULL;
     found->is_kind_open = settings_origin(settings, "depth") == ORIGIN_DEFAULT;
     found->is_named_other = found->is_kind_open && names_other(name);
@@ -78,15 +79,47 @@ static double half_step_px(const struct rf_lens *lens,
     return most;
 }
 
+/* Nobody scaled them: where somebody did, he knows them. Maps of 16 bit reach their end;
+ * what does not is counted in millimetres, as depth cameras do, which is a distance.
+ * Numbers that were 16 bit floats are whole from 1024 on: smaller ones must be there. */
+static bool is_whole(const struct depth_findings *found,
+                     const struct settings *settings)
+{
+    const struct rf_depth_stats *stats = &found->stats;
+    const bool is_scaled = settings->params.depth_scale != 1 ||
+                           settings->params.depth_offset != 0 ||
+                           settings_origin(settings, "depth-scale") != ORIGIN_DEFAULT;
+    return found->is_kind_open && !is_scaled &&
+           (stats->max <= 255 || stats->max == 65535) &&
+           (found->is_uint || stats->min < 512) &&
+           depth_numbers_are_whole(&found->numbers);
+}
+
+/* The same distances with a range that is ten times as long, or a hundred times ...; the
+ * values that are sky then lie at its end. */
+static void rescale(struct depth_findings *found, const struct rf_params *params)
+{
+    const double times = pow(10, ceil(log10(found->numbers.beyond)));
+    int n = snprintf(
+        found->rescaled, sizeof(found->rescaled), "--depth-far %.9g --depth-scale %.9g",
+        params->depth_near + times * (params->depth_far - params->depth_near),
+        params->depth_scale / times);
+    if (params->depth_offset != 0)
+        snprintf(found->rescaled + n, sizeof(found->rescaled) - (size_t)n,
+                 " --depth-offset %.9g", params->depth_offset / times);
+}
+
 void depth_judge(struct depth_findings *found, const struct source *source,
                  const struct settings *settings, const struct rf_lens *lens,
-                 const struct rf_depth_stats *stats)
+                 const struct rf_depth_stats *stats,
+                 const struct depth_numbers *numbers)
 {
     const struct rf_params *params = &settings->params;
     const bool is_distance =
         params->depth == RF_DEPTH_PLANAR || params->depth == RF_DEPTH_RADIAL;
     *found = (struct depth_findings){
         .stats = *stats,
+        .numbers = *numbers,
         .is_mixed = stats->is_mixed,
         .is_premultiplied = stats->is_premultiplied,
         .is_speckled = is_distance && params->depth_scale > 0 && stats->is_speckled,
@@ -96,6 +129,9 @@ void depth_judge(struct depth_findings *found, const struct source *source,
                        stats->n_negative > 0 && !(stats->max > 0),
     };
     judge_names(found, source, settings);
+    found->is_whole = is_whole(found, settings);
+    if (numbers->n_beyond > 0)
+        rescale(found, params);
     if (found->is_half && is_distance && lens)
         found->half_step_px = half_step_px(lens, stats);
 }
@@ -105,9 +141,12 @@ bool depth_find(struct depth_findings *found, const struct source *source,
                 const struct rf_depth_channel *channel)
 {
     struct rf_depth_stats stats = {.size = sizeof(stats)};
+    struct depth_numbers numbers = {0};
     if (rf_depth_measure(NULL, channel, &stats, NULL) != RF_OK)
         return false;
-    depth_judge(found, source, settings, lens, &stats);
+    depth_numbers_add(&numbers, &settings->params, channel->depth,
+                      (size_t)channel->width * (size_t)channel->height);
+    depth_judge(found, source, settings, lens, &stats, &numbers);
     return true;
 }
 
@@ -122,6 +161,15 @@ const char *depth_fault(const struct depth_findings *found)
     return found->is_speckled ? "missing in pixels scattered as fog has them" : NULL;
 }
 
+/* From this share on of normalised depth above 1 it is no overshoot of a pixel filter. */
+static const double MOST_BEYOND = 0.01;
+
+static double beyond_share(const struct depth_findings *found)
+{
+    const struct depth_numbers *numbers = &found->numbers;
+    return numbers->n > 0 ? (double)numbers->n_beyond / (double)numbers->n : 0;
+}
+
 bool depth_is_refused(const struct depth_findings *found, char *text, size_t n_bytes)
 {
     const char *guess = rf_param_find("depth")->choices[found->stats.kind].name;
@@ -129,6 +177,15 @@ bool depth_is_refused(const struct depth_findings *found, char *text, size_t n_b
         snprintf(text, n_bytes,
                  "is negative everywhere, as the z of a camera that looks along -z is; "
                  "say --depth-scale -1");
+        return true;
+    }
+    if (beyond_share(found) >= MOST_BEYOND) {
+        snprintf(
+            text, n_bytes,
+            "goes on beyond 1 in %.3g %% of the pixels, up to %.4g, where normalised "
+            "depth has its end; say %s if it goes on so, or --depth planar if it "
+            "holds distances",
+            100 * beyond_share(found), found->numbers.beyond, found->rescaled);
         return true;
     }
     if (!found->is_kind_open)
@@ -161,6 +218,21 @@ bool depth_is_refused(const struct depth_findings *found, char *text, size_t n_b
     return true;
 }
 
+static bool say_whole(const struct depth_findings *found, char *text, size_t n_bytes)
+{
+    const struct rf_depth_stats *stats = &found->stats;
+    const bool is_byte = stats->max <= 255;
+    snprintf(
+        text, n_bytes,
+        "holds whole numbers from %g to %g, as maps of %d bit do: those are no "
+        "distances but normalised (say --depth normalised --depth-scale %s with "
+        "--depth-near and --depth-far) or 1 / distance (--depth disparity and its "
+        "--depth-scale); %sif all is right, say --depth planar",
+        stats->min, stats->max, is_byte ? 8 : 16, is_byte ? "0.00392157" : "1.5259e-05",
+        is_byte ? "" : "where 65535 means nothing hit, say --depth-infinity 65535; ");
+    return true;
+}
+
 bool depth_is_doubtful(const struct depth_findings *found, char *text, size_t n_bytes)
 {
     const struct rf_depth_stats *stats = &found->stats;
@@ -186,6 +258,13 @@ bool depth_is_doubtful(const struct depth_findings *found, char *text, size_t n_
                  "is %s, taken for distances along the axis; Mitsuba names those along "
                  "the ray so: say --depth radial, or --depth planar if they are not",
                  found->channel);
+    else if (found->is_whole)
+        return say_whole(found, text, n_bytes);
+    else if (found->numbers.n_beyond > 0)
+        snprintf(text, n_bytes,
+                 "is above 1 in %zu pixels, up to %.4g, and normalised: they are taken "
+                 "for nothing hit; say %s if they are farther than --depth-far",
+                 found->numbers.n_beyond, found->numbers.beyond, found->rescaled);
     else if (found->is_kind_open && stats->kind == RF_DEPTH_PLANAR && stats->max > 0 &&
              stats->max <= 1 && stats->n_no_hit == 0)
         snprintf(text, n_bytes,
@@ -236,7 +315,7 @@ bool depth_mend(const struct depth_picture *picture, char *remark, size_t n_byte
     struct depth_repaired repaired = {0};
     struct rf_lens lens;
     struct rf_error core_error;
-    char text[400];
+    char text[500];
     remark[0] = 0;
     if (!rf_method_find(picture->params->method)->needs_depth)
         return true;

@@ -8,6 +8,7 @@
 
 #include <stdbool.h>
 
+#include "sources/depth_numbers.h"
 #include "sources/settings.h"
 #include "sources/source.h"
 
@@ -19,6 +20,7 @@ enum depth_repair { DEPTH_REPAIR_AUTO, DEPTH_REPAIR_OFF };
 /* What is seen in a depth, and what filter would do about it. */
 struct depth_findings {
     struct rf_depth_stats stats;
+    struct depth_numbers numbers;
     /* And is a distance. */
     bool is_premultiplied, is_mixed, is_widened, is_speckled;
     bool is_half;        /* 16 bit */
@@ -29,6 +31,10 @@ struct depth_findings {
     bool is_named_other; /* the channel's name says that it holds no distances */
     bool is_position;    /* the third of Px, Py, Pz */
     bool is_of_ray;      /* NAME.T, as Mitsuba writes distances along the ray */
+    bool is_whole; /* whole numbers that nobody said the meaning or the scale of */
+    bool is_uint;  /* the channel's type */
+    /* How a range that goes on beyond 1 becomes one within it, as options; "": it is. */
+    char rescaled[160];
     char channel[256], rival[256]; /* names; "": no other may be meant as well */
 };
 
@@ -41,7 +47,8 @@ bool depth_find(struct depth_findings *found, const struct source *source,
 /* The same from what was measured. */
 void depth_judge(struct depth_findings *found, const struct source *source,
                  const struct settings *settings, const struct rf_lens *lens,
-                 const struct rf_depth_stats *stats);
+                 const struct rf_depth_stats *stats,
+                 const struct depth_numbers *numbers);
 
 /* What was done to a depth that is undone, as "the depth was ..."; NULL: nothing. */
 const char *depth_fault(const struct depth_findings *found);

@@ -285,7 +285,7 @@ static void print_depth(const struct info *info)
         printf("  %-20s %g to %g, median %g\n", "range", stats->min, stats->max,
                stats->median);
     printf("  %-20s %.2f %% of the pixels\n", "nothing hit",
-           100 * share(info, stats->n_no_hit));
+           100 * share(info, stats->n_no_hit + info->depth.numbers.n_far));
     if (stats->n_nan)
         printf("  %-20s %zu pixels\n", "NaN", stats->n_nan);
     if (stats->n_negative)
@@ -314,7 +314,7 @@ static void print_depth(const struct info *info)
     if (info->depth.is_half)
         printf("  %-20s 16 bit: radii come in steps of up to %.2g px\n", "precision",
                info->depth.half_step_px);
-    char text[400];
+    char text[500];
     if (depth_is_refused(&info->depth, text, sizeof(text)))
         printf("  %-20s the depth %s\n", "filter refuses", text);
     else if (depth_is_doubtful(&info->depth, text, sizeof(text)))
@@ -440,7 +440,8 @@ static void json_depth(struct json *json, const struct info *info)
     json_number(json, "min", has_range ? stats->min : NAN);
     json_number(json, "max", has_range ? stats->max : NAN);
     json_number(json, "median", stats->median);
-    json_number(json, "no_hit_share", share(info, stats->n_no_hit));
+    json_number(json, "no_hit_share",
+                share(info, stats->n_no_hit + info->depth.numbers.n_far));
     json_number(json, "n_nan", (double)stats->n_nan);
     json_number(json, "n_negative", (double)stats->n_negative);
     json_text(json, "guess", guess);
@@ -453,7 +454,7 @@ static void json_depth(struct json *json, const struct info *info)
     json_bool(json, "half", info->depth.is_half);
     json_number(json, "half_step_px", info->depth.half_step_px);
     json_bool(json, "mist", info->depth.is_mist);
-    char text[400];
+    char text[500];
     if (depth_is_refused(&info->depth, text, sizeof(text)))
         json_text(json, "refused", text);
     json_close(json, '}');

@@ -455,3 +455,77 @@ def test_a_position_of_an_unknown_space(filtered):
     assert filtered(position)[1] == ""
     assert "third number of a position" in filtered(position_whole)[1]
     assert filtered(position_whole, "--depth", "planar")[1] == ""
+
+
+NORMALISED = ["--depth", "normalised", "--depth-near", "2", "--depth-far", "12"]
+
+
+def test_normalised_depth_that_goes_on_beyond_its_end(filtered, rackfocus, scene):
+    """Unclamped depth is not sky: what to type gives the picture of the distances."""
+
+    def normalise(channels):
+        z = channels["Z"]
+        z[:] = numpy.linspace(3, 32, z.shape[1])
+        channels["Z"] = (z - 2) / 10
+
+    def distances(channels):
+        normalise(channels)
+        channels["Z"] = 2 + 10 * channels["Z"]
+
+    _, said = filtered(normalise, *NORMALISED, code=1)
+    assert "goes on beyond 1 in 68.8 % of the pixels, up to 3," in said
+    typed = ["--depth-far", "102", "--depth-scale", "0.1"]
+    assert "say " + " ".join(typed) in said
+    got, said = filtered(normalise, *NORMALISED, *typed)
+    want, _ = filtered(distances)
+    assert said == "" and difference(got, want) < 1e-4
+    path = scene(size=SIZE, change=normalise)
+    info = json.loads(rackfocus("info", path, "--json", *NORMALISED).stdout)["depth"]
+    assert "goes on beyond 1" in info["refused"]
+    assert info["no_hit_share"] == pytest.approx(66 / 96)
+
+
+def test_normalised_depth_with_specks_beyond_its_end(filtered):
+    """An overshoot of a pixel filter is warned of, rounding is not."""
+
+    def change(channels, most):
+        channels["Z"] = numpy.clip((channels["Z"] - 2) / 10, 0, 1).astype("f4")
+        channels["Z"][3, 4:9] = most
+
+    _, said = filtered(lambda c: change(c, 1.0625), *NORMALISED)
+    assert "is above 1 in 5 pixels, up to 1.062" in said and "--depth-scale 0.1" in said
+    for most in (1 + 1e-6, 1e10, numpy.inf):
+        assert filtered(lambda c, most=most: change(c, most), *NORMALISED)[1] == ""
+
+
+def slope(channels, low, high, kind="f4"):
+    z = channels["Z"]
+    z[:] = numpy.linspace(low, high, z.shape[1]).round()
+    channels["Z"] = z.astype(kind)
+
+
+@pytest.mark.parametrize("kind", ["f2", "f4"])
+def test_whole_numbers_of_8_bit(filtered, rackfocus, scene, kind):
+    def change(channels):
+        slope(channels, 0, 255, kind)
+
+    lens = ["--focus-distance", "100"]
+    _, said = filtered(change, *lens)
+    assert "holds whole numbers from 0 to 255, as maps of 8 bit do" in said
+    assert "--depth normalised --depth-scale 0.00392157" in said
+    for sure in (["--depth", "planar"], ["--depth-scale", "1"]):
+        assert filtered(change, *lens, *sure)[1] == ""
+    typed = [*NORMALISED, "--depth-scale", "0.00392157"]
+    assert filtered(change, *typed)[1] == ""
+    path = scene(size=SIZE, change=change)
+    assert "filter warns" in rackfocus("info", path, *lens).stdout
+
+
+def test_whole_numbers_of_16_bit(filtered):
+    lens = ["--focus-distance", "9000"]
+    _, said = filtered(lambda c: slope(c, 0, 65535), *lens)
+    assert "as maps of 16 bit do" in said and "--depth-scale 1.5259e-05" in said
+    # Depth cameras count millimetres; half floats are whole where they are large.
+    for low, high, kind in ((500, 9000, "f4"), (2050, 60000, "f2"), (2, 8, "f4")):
+        _, said = filtered(lambda c, a=(low, high, kind): slope(c, *a), *lens)
+        assert "whole numbers" not in said
