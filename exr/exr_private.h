@@ -67,6 +67,8 @@ bool image_means_picture(const char *name);
 bool image_means_plain(const char *name);
 bool image_means_data(const char *name);
 bool image_means_identifiers(const char *name);
+/* Speaks of a depth, but of its variance, of numbers of things, of depth of field. */
+bool image_means_no_depth(const char *name);
 
 /*
  * A run of samples of one channel as stored, little-endian, unaligned: `n` samples from

@@ -101,8 +101,9 @@ bool image_view_v2f(const struct image_input *input, const char *view, const cha
 struct image_layer {
     int r, g, b, a; /* grey pictures: r = g = b = the Y channel */
     int z;
-    int z_rival;    /* another layer's depth that fits as well as z; -1: none */
-    char name[256]; /* layer as found, "" for the plain R G B A */
+    int z_rival;        /* another depth that fits as well as z; -1: none */
+    bool is_rival_weak; /* but for its spelling: often a copy for viewing */
+    char name[256];     /* layer as found, "" for the plain R G B A */
     char
         fitting[256]; /* "key, fill": layers that fit equally well, the one taken first;
                           "" where it is the only one */

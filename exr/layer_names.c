@@ -126,6 +126,21 @@ bool image_means_data(const char *name)
     return false;
 }
 
+/* What is told about a depth, or counted beside it. */
+static const char *const beside_depth[] = {
+    "variance", "var", "deviation", "error", "count", "samples", "mask", "field", NULL};
+
+bool image_means_no_depth(const char *name)
+{
+    char word[WORD_SIZE];
+    if (image_means_identifiers(name))
+        return true;
+    while (next_word(&name, word))
+        if (image_is_one_of(word, beside_depth))
+            return true;
+    return false;
+}
+
 bool image_is_identifier(const struct image_channel_info *channel)
 {
     return channel->type == IMAGE_SAMPLE_UINT || image_means_identifiers(channel->name);

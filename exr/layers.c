@@ -423,6 +423,8 @@ static bool find_colour(const struct image_input *input, const struct wanted *wa
 static int depth_owner(const struct image_input *input, const struct name *name)
 {
     static const char *const bases[] = {"Z", "V", "Y", "R", "depth", "distance", NULL};
+    if (name->n > 0 && image_means_no_depth(name->component[name->n - 1]))
+        return -1;
     if (name->n > 0 && is_depth_word(name->component[name->n - 1]))
         return image_is_one_of(name->base, bases) ? name->n - 1 : -1;
     if (strcasecmp(name->base, "Z") == 0)
@@ -484,31 +486,61 @@ static int find_depth(const struct image_input *input, const char *view,
     return best / 2 == 1 && is_ambiguous ? -1 : found;
 }
 
-/* The first channel of another layer that find_depth() ranks as high as z; -1: none. */
+/* Are both channels of one layer that is depth as a whole, as ZDepth.R and ZDepth.V? */
+static bool is_one_depth(const struct image_input *input, const struct name *a,
+                         const struct name *b)
+{
+    return is_same_layer(a, a->n, b, b->n) && depth_owner(input, a) < a->n;
+}
+
+/* The first channel that find_depth() ranks as high as z, else the first that only its
+ * spelling ranks lower; -1: none. */
 static int find_rival(const struct image_input *input, const char *view,
-                      int colour_channel, int z)
+                      int colour_channel, int z, bool *is_weak)
 {
     struct name colour, depth, name;
+    int found = -1;
     if (z < 0)
         return -1;
     parse_name(input, colour_channel, &colour);
     parse_name(input, z, &depth);
     const int rank = depth_rank(input, view, &depth, &colour);
+    const bool has_spellings = depth_score(input, &depth, &colour) % 2 == 0;
     for (int c = 0; c < input->n_channels && rank > 0; c++) {
         parse_name(input, c, &name);
-        if (c != z && depth_rank(input, view, &name, &colour) == rank &&
-            !is_same_layer(&name, name.n, &depth, depth.n))
+        const int other = depth_rank(input, view, &name, &colour);
+        if (c == z || is_one_depth(input, &name, &depth))
+            continue;
+        *is_weak = other != rank;
+        if (other == rank)
             return c;
+        if (found < 0 && has_spellings && other == rank - 2)
+            found = c;
     }
-    return -1;
+    *is_weak = true;
+    return found;
+}
+
+/* Karma's distance along the ray, which the depth along the axis is better than. */
+static bool is_along_ray(const struct name *name)
+{
+    return strcasestr(name->base, "hitdist") ||
+           (name->n && strcasestr(name->component[name->n - 1], "hitdist"));
 }
 
 /* Names that speak of depth without being one of the usual ones. */
-static bool is_depth_like(const struct name *name)
+static bool is_depth_like(const struct image_input *input, const struct name *name)
 {
     static const char *const bases[] = {"Z", "V", "Y", "R", "X", "T", "red", NULL};
-    static const char *const words[] = {"distance", "Pz", NULL};
+    static const char *const words[] = {"distance", "Pz",          "hitPz", "ray:hitPz",
+                                        "hitdist",  "ray:hitdist", NULL};
     const char *base = name->base, *layer = name->n ? name->component[name->n - 1] : "";
+    const bool is_vector =
+        (has_sibling(input, name, "X") && has_sibling(input, name, "Z")) ||
+        (has_sibling(input, name, "x") && has_sibling(input, name, "z"));
+    if (image_means_no_depth(base) || image_means_no_depth(layer) ||
+        (name->n > 0 && is_vector))
+        return false;
     /* Mitsuba's NAME.T of any name. */
     return strcasestr(base, "depth") || image_is_one_of(base, words) ||
            (name->n > 0 && strcmp(base, "T") == 0) ||
@@ -526,14 +558,15 @@ static int find_depth_like(const struct image_input *input, const char *view)
         parse_name(input, c, &name);
         if (depth_owner(input, &name) >= 0)
             return -1;
-        if (!is_depth_like(&name) || !is_of_view(input, name.view, view))
+        if (!is_depth_like(input, &name) || !is_of_view(input, name.view, view))
             continue;
-        if (found >= 0 &&
-            (name.n == 0 || !is_same_layer(&name, name.n, &first, first.n)))
-            return -1;
-        if (found < 0)
+        if (found < 0 || (is_along_ray(&first) && !is_along_ray(&name))) {
             parse_name(input, c, &first);
-        found = found < 0 ? c : found;
+            found = c;
+        } else if ((name.n == 0 || !is_same_layer(&name, name.n, &first, first.n)) &&
+                   is_along_ray(&name) == is_along_ray(&first)) {
+            return -1;
+        }
     }
     return found;
 }
@@ -640,7 +673,8 @@ bool image_find_view_layer(const struct image_input *input, const char *view,
     }
     if (has_colour) {
         found->z = find_depth(input, view, found->r);
-        found->z_rival = find_rival(input, view, found->r, found->z);
+        found->z_rival =
+            find_rival(input, view, found->r, found->z, &found->is_rival_weak);
         if (found->z < 0)
             found->z = find_depth_like(input, view);
     }

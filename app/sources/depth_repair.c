@@ -40,11 +40,12 @@ static bool is_position(const struct source *source, const char *channel)
     return false;
 }
 
-/* Mitsuba's depth, along the ray: LAYER.T. */
+/* Depth along the ray: Mitsuba's LAYER.T and Karma's hitdist. */
 static bool is_of_ray(const char *channel)
 {
     const size_t length = strlen(channel);
-    return length > 2 && strcmp(channel + length - 2, ".T") == 0;
+    return (length > 2 && strcmp(channel + length - 2, ".T") == 0) ||
+           strcasestr(channel, "hitdist");
 }
 
 /* What the names of the channels say. */
@@ -54,7 +55,7 @@ static void judge_names(struct depth_findings *found, const struct source *sourc
     int n;
     const struct image_channel_info *channels = image_channels(source->depth, &n);
     const char *name = channels[source->z].name;
-    const char *rival = source->z_rival >= 0 ? channels[source->z_rival].name : "";
+    const char *rival = source_has_rival(source) ? channels[source->z_rival].name : "";
     snprintf(found->channel, sizeof(found->channel), "%s", name);
     snprintf(found->rival, sizeof(found->rival), "%s", rival);
     found->is_half = channels[source->z].type == IMAGE_SAMPLE_HALF;
@@ -255,9 +256,10 @@ bool depth_is_doubtful(const struct depth_findings *found, char *text, size_t n_
             found->channel);
     else if (found->is_of_ray)
         snprintf(text, n_bytes,
-                 "is %s, taken for distances along the axis; Mitsuba names those along "
-                 "the ray so: say --depth radial, or --depth planar if they are not",
-                 found->channel);
+                 "is %s, taken for distances along the axis; %s names those along the "
+                 "ray so: say --depth radial, or --depth planar if they are not",
+                 found->channel,
+                 strcasestr(found->channel, "hitdist") ? "Karma" : "Mitsuba");
     else if (found->is_whole)
         return say_whole(found, text, n_bytes);
     else if (found->numbers.n_beyond > 0)

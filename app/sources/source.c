@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "sources/source.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -52,6 +53,7 @@ static bool open_depth(struct source *source, const char *path,
     const bool is_red = found.r >= 0 && found.z == found.r && found.r != found.g;
     source->z = is_red && !depth_channel ? -1 : found.z;
     source->z_rival = found.z_rival;
+    source->is_rival_weak = found.is_rival_weak;
     if (source->z >= 0)
         return true;
     char channels[400];
@@ -96,6 +98,7 @@ static bool find_depth(struct source *source, const struct source_request *reque
         source->depth = source->colour;
         source->z = source->layer.z;
         source->z_rival = source->layer.z_rival;
+        source->is_rival_weak = source->layer.is_rival_weak;
     }
     return true;
 }
@@ -310,6 +313,64 @@ float *source_read_depth(const struct source *source, int n_threads,
     }
     free(samples);
     return NULL;
+}
+
+/* Half floats of the one are the floats of the other. */
+static const float AS_GOOD_AS_EQUAL = 1.0F / 1024;
+
+/* Looks at n numbers of two depths: do they differ, does the one go on beyond 1, the
+ * other not? */
+struct rivalry {
+    bool is_other, is_above_one, is_rival_above_one;
+};
+
+static void compare_depths(const float *pairs, size_t n, struct rivalry *found)
+{
+    for (size_t i = 0; i < n; i++) {
+        const float z = pairs[2 * i], rival = pairs[2 * i + 1];
+        const bool is_equal = z == rival || (z != z && rival != rival) ||
+                              fabsf(z - rival) <= AS_GOOD_AS_EQUAL * fabsf(z);
+        found->is_other |= !is_equal;
+        found->is_above_one |= z > 1;
+        found->is_rival_above_one |= rival > 1 || rival < 0;
+    }
+}
+
+static bool has_one_size(const struct image_input *input, int a, int b)
+{
+    int n;
+    const struct image_channel_info *channels = image_channels(input, &n);
+    const struct image_part_info *parts = image_parts(input, &n);
+    return channels[a].part == channels[b].part ||
+           memcmp(&parts[channels[a].part].data_window,
+                  &parts[channels[b].part].data_window, sizeof(struct image_box)) == 0;
+}
+
+bool source_has_rival(const struct source *source)
+{
+    if (source->z_rival < 0 || !has_one_size(source->depth, source->z, source->z_rival))
+        return source->z_rival >= 0;
+    int n;
+    const int pair[2] = {source->z, source->z_rival};
+    const int part = image_channels(source->depth, &n)[source->z].part;
+    const struct image_box *box = depth_window(source);
+    const int32_t width = box->max_x - box->min_x + 1;
+    const int32_t height = box->max_y - box->min_y + 1;
+    const int32_t step = image_row_step(source->depth, part);
+    struct rivalry found = {0};
+    struct image_error ignored;
+    float *rows = app_memory((size_t)width * (size_t)step, 2 * sizeof(float), &ignored);
+    bool is_read = rows != NULL;
+    for (int32_t y = 0; is_read && y < height; y += step) {
+        const struct image_rows some = {y, step < height - y ? step : height - y};
+        is_read = image_read_rows(source->depth, pair, 2, some, rows, 1, &ignored);
+        if (is_read)
+            compare_depths(rows, (size_t)width * (size_t)some.n, &found);
+    }
+    free(rows);
+    const bool is_for_viewing =
+        source->is_rival_weak && found.is_above_one && !found.is_rival_above_one;
+    return !is_read || (found.is_other && !is_for_viewing);
 }
 
 void source_pack_grey_alpha(float *samples, size_t n)

@@ -27,6 +27,7 @@ struct source {
     struct image_layer layer;  /* in `colour`; r is -1 where it has no colour */
     int z;                     /* channel of `depth`, -1: none */
     int z_rival;               /* another that may be meant as well, -1: none */
+    bool is_rival_weak;        /* as of image_layer */
     int part;                  /* of the colour, else of the depth */
     struct image_part_info info; /* of that part */
     int32_t width, height;       /* of its data window */
@@ -61,6 +62,10 @@ bool source_is_doubtful(const struct source *source, char *text, size_t n_bytes)
 
 /* Do colour and depth cover the same pixels? */
 bool source_has_one_window(const struct source *source);
+
+/* Is there another depth that may be meant, with other numbers? Reads both. One whose
+ * name is less usual and whose numbers are within 0 to 1 is a copy for viewing. */
+bool source_has_rival(const struct source *source);
 
 /* Interleaved samples, n_channels each; grey with alpha is spread to RGBA. To be freed
  * by the caller; NULL on failure. */

@@ -414,6 +414,10 @@ def renamed(*names):
         (("Z", "depth.Z"), "Z", "depth.Z"),
         (("Depth.R", "ZDepth.R"), "Depth.R", "ZDepth.R"),
         (("VRayZDepth.R", "Depth.Y"), "Depth.Y", "VRayZDepth.R"),
+        (("Z", "depth"), "Z", "depth"),
+        (("Z", "ZDepth.R"), "Z", "ZDepth.R"),
+        (("Z", "z"), "Z", "z"),
+        (("ZDepth", "depth"), "ZDepth", "depth"),
     ],
 )
 def test_two_depths_that_fit_as_well(filtered, names, want, other):
@@ -529,3 +533,49 @@ def test_whole_numbers_of_16_bit(filtered):
     for low, high, kind in ((500, 9000, "f4"), (2050, 60000, "f2"), (2, 8, "f4")):
         _, said = filtered(lambda c, a=(low, high, kind): slope(c, *a), *lens)
         assert "whole numbers" not in said
+
+
+@pytest.mark.parametrize("other", ["depth", "depth.Z", "ZDepth.R"])
+def test_copies_of_the_depth_are_no_rivals(filtered, other):
+    """Equal to rounding; or for viewing, under a less usual name."""
+
+    def add(channels, copy):
+        channels[other] = copy(channels["Z"])
+
+    for copy in (lambda z: z.copy(), lambda z: (z * 1.0003).astype("f2")):
+        assert filtered(lambda c, copy=copy: add(c, copy))[1] == ""
+    _, said = filtered(lambda c: add(c, lambda z: z / 12))
+    assert (said == "") is (other != "depth.Z")
+    _, said = filtered(lambda c: add(c, lambda z: z + (z == 3) * 0.01))
+    assert f"taken from Z, but {other} may be meant as well" in said
+
+
+@pytest.mark.parametrize(
+    "name", ["depth_id", "depth_variance.Y", "depth_variance.Z", "depthMask.R"]
+)
+def test_what_is_told_of_a_depth_is_none(filtered, name):
+    _, said = filtered(renamed(name), code=1)
+    assert "no depth channel" in said and name in said and "--depth-channel" in said
+    _, said = filtered(renamed("worldDepth", name))
+    assert said == ""
+
+
+@pytest.mark.parametrize(
+    "name", ["hitPz", "hitPz.R", "hitPz.Y", "hitPz.V", "ray:hitPz"]
+)
+def test_karmas_depth(filtered, name):
+    want, _ = filtered(None)
+    for names in ([name], [name, "hitdist"]):
+        got, said = filtered(renamed(*names))
+        assert said == "" and difference(got, want) == 0
+
+
+def test_karmas_distance_along_the_ray(filtered):
+    _, said = filtered(renamed("ray:hitdist"))
+    assert "ray:hitdist, taken for" in said and "--depth radial" in said
+    assert filtered(renamed("ray:hitdist"), "--depth", "radial")[1] == ""
+
+
+def test_a_vector_that_was_hit_is_no_depth(filtered):
+    _, said = filtered(renamed("hitPz.x", "hitPz.y", "hitPz.z"), code=1)
+    assert "no depth channel" in said
