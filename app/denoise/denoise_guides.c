@@ -8,6 +8,7 @@
 
 #include "common/report.h"
 #include "denoise/denoise.h"
+#include "sources/picture.h"
 #include "sources/source.h"
 
 /* Names of layers in the order in which they are taken. */
@@ -111,7 +112,10 @@ static bool read_file(const struct source *source, const char *path, const char 
                             option, path, file.width, file.height,
                             image_path(source->colour), source->width, source->height);
     else
-        is_read = read_channels(file.colour, channels,
+        is_read = picture_check_place(path, &file.info.data_window,
+                                      image_path(source->colour),
+                                      &source->info.data_window, error) &&
+                  read_channels(file.colour, channels,
                                 (size_t)file.width * (size_t)file.height, n_threads,
                                 samples, error);
     source_close(&file);

@@ -45,15 +45,25 @@ static size_t n_pixels(const struct finish *f)
 
 /* ---- our picture ------------------------------------------------------------------ */
 
-static int check_size(const struct finish *f, const char *shown, int32_t width,
-                      int32_t height)
+/* What is held against the own picture; `window` is NULL where it has none. */
+struct shown {
+    const char *name;
+    int32_t width, height;
+    const struct image_box *window;
+};
+
+static int check_size(const struct finish *f, const struct shown *other)
 {
-    if (width == f->own.width && height == f->own.height)
-        return APP_DONE;
-    return app_fail(f->error, APP_FAILED,
-                    "%s: is %d x %d px and %s %d x %d; render both in one size", shown,
-                    width, height, image_path(f->own.colour), f->own.width,
-                    f->own.height);
+    const char *own = image_path(f->own.colour);
+    if (other->width != f->own.width || other->height != f->own.height)
+        return app_fail(f->error, APP_FAILED,
+                        "%s: is %d x %d px and %s %d x %d; render both in one size",
+                        other->name, other->width, other->height, own, f->own.width,
+                        f->own.height);
+    return !other->window || picture_check_place(other->name, other->window, own,
+                                                 &f->own.info.data_window, f->error)
+               ? APP_DONE
+               : APP_FAILED;
 }
 
 /* Have passes the size of the own picture? Before they are filtered. */
@@ -63,7 +73,9 @@ static int check_passes(struct finish *f, char *const *guides)
     struct source source;
     if (!source_open(&source, &request, f->error))
         return app_code_of(f->error);
-    const int code = check_size(f, guides[0], source.width, source.height);
+    const int code =
+        check_size(f, &(struct shown){guides[0], source.width, source.height,
+                                      &source.info.data_window});
     source_close(&source);
     return code;
 }
@@ -114,7 +126,8 @@ static int read_ours(struct finish *f, const char *path, const char *shown)
     if (!picture_read(path, NULL, f->n_threads, &picture, f->error))
         return app_code_of(f->error);
     f->ours = picture.samples;
-    return check_size(f, shown, picture.width, picture.height);
+    return check_size(f, &(struct shown){shown, picture.width, picture.height,
+                                         picture.has_window ? &picture.window : NULL});
 }
 
 static int make_ours(struct finish *f, char *const *guides, int n)
@@ -232,6 +245,10 @@ static int read_half(struct finish *f, const char *path)
                         path, source.width, source.height, source.n_channels,
                         image_path(f->own.colour), f->own.width, f->own.height,
                         f->own.n_channels);
+    if (code == APP_DONE &&
+        !picture_check_place(path, &source.info.data_window, image_path(f->own.colour),
+                             &f->own.info.data_window, f->error))
+        code = APP_FAILED;
     if (code == APP_DONE)
         code = take_half(f, path, &half);
     denoise_free_guides(&half.guides);

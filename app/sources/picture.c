@@ -50,8 +50,8 @@ static bool read_open_exr(struct image_input *input, const char *layer, int n_th
     int n;
     const int part = image_channels(input, &n)[found.r].part;
     const struct image_box box = image_parts(input, &n)[part].data_window;
-    picture->min_x = box.min_x;
-    picture->min_y = box.min_y;
+    picture->window = box;
+    picture->has_window = true;
     picture->width = box.max_x - box.min_x + 1;
     picture->height = box.max_y - box.min_y + 1;
     const size_t n_pixels = (size_t)picture->width * (size_t)picture->height;
@@ -97,6 +97,24 @@ bool picture_read(const char *path, const char *layer, int n_threads,
         return true;
     picture_free(picture);
     return false;
+}
+
+bool picture_check_place(const char *path, const struct image_box *window,
+                         const char *other, const struct image_box *other_window,
+                         struct image_error *error)
+{
+    if (window->min_x == other_window->min_x && window->min_y == other_window->min_y)
+        return true;
+    const struct image_box *a = window, *b = other_window;
+    return set_error(
+        error,
+        "%.300s: its data window is (%d, %d) to (%d, %d), that of %.300s (%d, "
+        "%d) to (%d, %d): they are of one size, but not of one place; "
+        "write both with one window, or move one that has lost its place: "
+        "oiiotool %.100s --origin %+d%+d -o moved.exr",
+        path, (int)a->min_x, (int)a->min_y, (int)a->max_x, (int)a->max_y, other,
+        (int)b->min_x, (int)b->min_y, (int)b->max_x, (int)b->max_y, path, (int)b->min_x,
+        (int)b->min_y);
 }
 
 void picture_free(struct picture *picture)

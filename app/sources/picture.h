@@ -14,13 +14,19 @@
 struct picture {
     float *samples; /* width * height * 3; free with picture_free */
     int32_t width, height;
-    int32_t min_x, min_y; /* where its data window begins; 0 for PNG */
+    struct image_box window; /* its data window; all 0 for PNG, which has none */
+    bool has_window;
 };
 
 /* Reads the picture; `layer` may be NULL. NaN and infinity are errors. */
 bool picture_read(const char *path, const char *layer, int n_threads,
                   struct picture *picture, struct image_error *error);
 void picture_free(struct picture *picture);
+
+/* Do two pictures of one size lie at one place? False with both data windows. */
+bool picture_check_place(const char *path, const struct image_box *window,
+                         const char *other, const struct image_box *other_window,
+                         struct image_error *error);
 
 enum picture_kind { PICTURE_EXR, PICTURE_PNG, PICTURE_UNKNOWN };
 

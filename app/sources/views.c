@@ -106,6 +106,20 @@ static bool check_like(const struct source *view, const struct source *first,
             0 &&
         view->n_channels == first->n_channels)
         return true;
+    const struct image_box *box = &a->data_window, *own = &b->data_window;
+    if (view->width == first->width && view->height == first->height &&
+        view->n_channels == first->n_channels) {
+        const bool is_data = memcmp(box, own, sizeof(*box)) != 0;
+        box = is_data ? box : &a->display_window;
+        own = is_data ? own : &b->display_window;
+        return set_error(error,
+                         "%s: its %s window is (%d, %d) to (%d, %d), that of %s (%d, "
+                         "%d) to (%d, %d); render all views with the same windows",
+                         image_path(view->colour), is_data ? "data" : "display",
+                         box->min_x, box->min_y, box->max_x, box->max_y,
+                         image_path(first->colour), own->min_x, own->min_y, own->max_x,
+                         own->max_y);
+    }
     set_error(error,
               "%s: is %d x %d with %d channels of colour, but %s is %d x %d with %d; "
               "render all views with the same windows and channels",

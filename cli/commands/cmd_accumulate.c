@@ -95,6 +95,11 @@ static bool check_view(const struct sum *sum, const struct source *view,
                sizeof(view->info.data_window)) == 0 &&
         view->n_channels == first->n_channels && view->is_grey == first->is_grey)
         return true;
+    if (view->width == first->width && view->height == first->height &&
+        !picture_check_place(image_path(view->colour), &view->info.data_window,
+                             image_path(first->colour), &first->info.data_window,
+                             error))
+        return false;
     set_error(
         error,
         "%s: is %d x %d with %d channels, but %s is %d x %d with %d; views of one "

@@ -121,13 +121,18 @@ static int compare(const struct compare_options *tool, const char *path_a,
                 path_a, a->width, a->height, path_b, b->width, b->height);
         return EXIT_FAILED;
     }
+    if (a->has_window && b->has_window &&
+        !picture_check_place(path_a, &a->window, path_b, &b->window, &error)) {
+        message("%s", error.message);
+        return EXIT_FAILED;
+    }
     struct measures measures;
     double flip;
     if (!measure_pictures(a->samples, b->samples, a->width, a->height, &measures) ||
         !flip_measure(a->samples, b->samples, a->width, a->height, &flip))
         return exit_without_memory();
-    measures.max_x += a->min_x;
-    measures.max_y += a->min_y;
+    measures.max_x += a->window.min_x;
+    measures.max_y += a->window.min_y;
     if (!write_pictures(tool, a, b, &error)) {
         message("%s", error.message);
         return EXIT_FAILED;

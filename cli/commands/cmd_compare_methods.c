@@ -440,6 +440,10 @@ static bool read_pixels(struct comparison *c, struct image_error *error)
                   image_path(s->colour), s->width, s->height);
         return false;
     }
+    if (c->reference.has_window &&
+        !picture_check_place(c->tool->reference, &c->reference.window,
+                             image_path(s->colour), &s->info.data_window, error))
+        return false;
     const struct source_request request = {.layer = c->tool->layer,
                                            .depth_channel = c->tool->depth_channel};
     if (c->list.n > 0 &&

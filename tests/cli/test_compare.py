@@ -265,3 +265,27 @@ def test_heatmap_of_identical_pictures_is_black(scene, rackfocus, tmp_path):
     path = scene()
     rackfocus("compare", path, path, "--heatmap", tmp_path / "heat.png")
     assert (read_png(tmp_path / "heat.png") == 0).all()
+
+
+def test_pictures_of_another_place(rackfocus, scene, tmp_path):
+    """Of one size, but other parts of the picture: no pixel is that of the other."""
+    facts = {"rackfocus:lensOffset": (0.1, 0.0)}
+    here = scene("here.exr", attributes=facts)
+    moved = scene("moved.exr", data=(-5, 3, 42, 34), display=(0, 0, 47, 31),
+                  attributes=facts)  # fmt: skip
+    out = tmp_path / "out.exr"
+    for command in (
+        ["compare", moved, here],
+        ["compare-methods", here, "--reference", moved],
+        ["accumulate", here, moved, "-o", out],
+        ["filter", here, moved, "-o", out],
+    ):
+        done = rackfocus(*command, code=1)
+        assert "(-5, 3) to (42, 34)" in done.stderr, command
+        assert "(0, 0) to (47, 31)" in done.stderr
+        if command[0] != "filter":
+            assert "oiiotool" in done.stderr and "--origin " in done.stderr
+        assert done.stdout == "" and not out.exists()
+    png = tmp_path / "moved.png"
+    rackfocus("filter", moved, "-o", png)
+    rackfocus("compare", moved, png)

@@ -70,11 +70,12 @@ def read(path):
     return np.array(pixels).reshape(spec.height, spec.width, -1), spec.channelnames
 
 
-def write(path, pixels, names, like=None):
+def write(path, pixels, names, like=None, place=(0, 0)):
     """Writes channels of floats, with the camera's facts of another file."""
     height, width, n = pixels.shape
     spec = oiio.ImageSpec(width, height, n, "float")
     spec.channelnames = tuple(names)
+    spec.x, spec.y = place
     facts = oiio.ImageInput.open(str(like)).spec().extra_attribs if like else []
     for fact in facts:
         if fact.name.startswith("rackfocus:"):

@@ -136,6 +136,29 @@ def test_passes_of_another_size_are_not_filtered_first(rackfocus, tmp_path):
     assert "30 x 20 px" in done.stderr and "render both in one size" in done.stderr
 
 
+def test_pictures_of_another_place(rackfocus, tmp_path):
+    """Of one size: each pixel would be cleaned by another, without a word."""
+    rng = np.random.default_rng(5)
+    noise = [rng.uniform(0, 1, (20, 30, 4)) for _ in range(2)]
+    here = write(tmp_path / "here.exr", noise[0], "RGBZ")
+    moved = write(tmp_path / "moved.exr", noise[1], "RGBZ", place=(-4, 2))
+    bare = write(tmp_path / "bare.exr", noise[1][..., :3], "RGB", place=(-4, 2))
+    out = tmp_path / "out.exr"
+    environment = {**os.environ, "RACKFOCUS_OIDN": "/nowhere"}
+    for words in (
+        [moved],
+        ["--guide", bare],
+        [bare],
+        ["--half", bare],
+        ["--albedo-file", bare],
+        ["--albedo-file", here, "--normal-file", bare],
+    ):
+        done = rackfocus("finish", here, *words, "-o", out, code=1, env=environment)
+        assert "(-4, 2) to (25, 21)" in done.stderr, words
+        assert "(0, 0) to (29, 19)" in done.stderr
+        assert "--origin +0+0" in done.stderr
+
+
 def test_halves_tell_what_is_grain(clean, tmp_path):
     """What both halves show is no grain, however fine: it stays, and is certain."""
     rng = np.random.default_rng(8)
