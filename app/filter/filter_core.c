@@ -7,6 +7,7 @@
 #include "common/report.h"
 #include "filter/filter_private.h"
 #include "filter/filter_run.h"
+#include "sources/depth_repair.h"
 #include "sources/picture.h"
 
 /* ---- messages ------------------------------------------------------------------- */
@@ -77,8 +78,12 @@ static int fail_of(const struct run *run, const struct source *source,
         source = faulty_source(run);
     const struct image_input *input =
         error->code == RF_ERROR_DEPTH ? source->depth : source->colour;
-    return app_fail(run->error, APP_FAILED, "%s: %s", image_path(input),
-                    error->message);
+    char way_out[500] = "";
+    if (error->code == RF_ERROR_DEPTH && source == &run->source)
+        depth_explain(&run->numbers, source, &run->settings->params, way_out,
+                      sizeof(way_out));
+    return app_fail(run->error, APP_FAILED, "%s: %s%s", image_path(input),
+                    error->message, way_out);
 }
 
 int filter_fail_core(const struct run *run, const struct rf_error *error)

@@ -102,9 +102,9 @@ int filter_repair_depth(struct run *run)
     struct depth_repaired repaired = {0};
     for (int i = 0; i < filter_n_views(run); i++)
         rf_depth_undo_mist(depth_of(run, i), n, (enum rf_mist)run->tool->mist_falloff);
+    depth_numbers_add(&run->numbers, &run->settings->params, run->depth, n);
     if (!filter_needs_depth(run))
         return APP_DONE;
-    depth_numbers_add(&run->numbers, &run->settings->params, run->depth, n);
     if (rf_depth_measure(NULL, &channel, &stats, NULL) != RF_OK)
         return app_fail(run->error, APP_NO_MEMORY, "%s: out of memory",
                         image_path(source->depth));

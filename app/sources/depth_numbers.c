@@ -2,6 +2,7 @@
 #include "sources/depth_numbers.h"
 
 #include <math.h>
+#include <stdio.h>
 
 /* Rounding and the overshoot of half floats stay below it. */
 static const double WELL_ABOVE_ONE = 1.001;
@@ -41,26 +42,77 @@ static void add_hit(struct depth_numbers *numbers, float z)
     }
 }
 
+static bool is_distance(const struct rf_params *params)
+{
+    return params->depth == RF_DEPTH_PLANAR || params->depth == RF_DEPTH_RADIAL;
+}
+
+static void add_below(struct depth_numbers *numbers, float z)
+{
+    const bool is_first = numbers->n_below++ == 0;
+    numbers->below[0] = is_first ? z : fminf(numbers->below[0], z);
+    numbers->below[1] = is_first ? z : fmaxf(numbers->below[1], z);
+}
+
+/* A number below infinity, which may be below 0. */
+static void add_scaled(struct depth_numbers *numbers, const struct rf_params *params,
+                       float z)
+{
+    const double v = z * params->depth_scale + params->depth_offset;
+    if (v < 0)
+        add_below(numbers, z);
+    if (is_distance(params))
+        return;
+    numbers->n_far += is_far(params->depth, v);
+    if (params->depth == RF_DEPTH_NORMALISED && isfinite(v) && v > WELL_ABOVE_ONE) {
+        numbers->n_beyond++;
+        numbers->beyond = fmax(numbers->beyond, v);
+    }
+}
+
 void depth_numbers_add(struct depth_numbers *numbers, const struct rf_params *params,
                        const float *depth, size_t n)
 {
-    const bool is_scaled = params->depth != RF_DEPTH_PLANAR;
     numbers->n += n;
     for (size_t i = 0; i < n; i++) {
         const float z = depth[i];
-        if (!(z < params->depth_infinity) || !isfinite(z))
+        numbers->n_nan += z != z;
+        if (!(z < params->depth_infinity) || z == INFINITY)
             continue;
         if (z > 0)
             add_hit(numbers, z);
-        if (!is_scaled)
-            continue;
-        const double v = z * params->depth_scale + params->depth_offset;
-        numbers->n_far += is_far(params->depth, v);
-        if (params->depth == RF_DEPTH_NORMALISED && v > WELL_ABOVE_ONE) {
-            numbers->n_beyond++;
-            numbers->beyond = fmax(numbers->beyond, v);
-        }
+        add_scaled(numbers, params, z);
     }
+}
+
+void depth_numbers_explain(const struct depth_numbers *numbers,
+                           const struct rf_params *params, const char *path,
+                           const char *channel, char *text, size_t n_bytes)
+{
+    /* One number for all of the sky; others are no sky, but another kind of depth. */
+    const bool is_one = numbers->n_below > 0 && numbers->below[0] == numbers->below[1];
+    const bool is_turned = params->depth_scale < 0;
+    char what[80];
+    *text = 0;
+    if (!is_distance(params) || numbers->n_nan + numbers->n_below == 0 ||
+        numbers->n_nan >= numbers->n || (numbers->n_below > 0 && !is_one))
+        return;
+    if (numbers->n_nan > 0 && is_one)
+        snprintf(what, sizeof(what), "NaN and %g mean", numbers->below[0]);
+    else if (is_one)
+        snprintf(what, sizeof(what), "%g means", numbers->below[0]);
+    else
+        snprintf(what, sizeof(what), "NaN means");
+    if (!channel)
+        snprintf(text, n_bytes, "; where %s that nothing was hit, write 0 in its place",
+                 what);
+    else
+        snprintf(text, n_bytes,
+                 "; where %s that nothing was hit, make 0 of it: oiiotool %.150s --ch "
+                 "%.60s%s%s%s -d float -o depth.exr, and say --depth-file depth.exr%s",
+                 what, path, channel, numbers->n_nan > 0 ? " --fixnan black" : "",
+                 is_one && is_turned ? " --mulc -1" : "", is_one ? " --maxc 0" : "",
+                 is_one && is_turned ? " without --depth-scale" : "");
 }
 
 bool depth_numbers_are_whole(const struct depth_numbers *numbers)

@@ -19,7 +19,9 @@ struct depth_numbers {
     size_t
         n_beyond;  /* of them normalised depth well above 1, where it has no meaning */
     double beyond; /* the largest of them, scaled */
-    uint32_t seen[8]; /* which whole numbers there are, by 8 bits made of each */
+    size_t n_nan, n_below; /* NaN, scaled below 0 and no infinity */
+    float below[2];        /* the least and the greatest of the latter, as read */
+    uint32_t seen[8];      /* which whole numbers there are, by 8 bits made of each */
 };
 
 /* Adds n numbers as they were read, which `params` say the meaning of. */
@@ -28,5 +30,14 @@ void depth_numbers_add(struct depth_numbers *numbers, const struct rf_params *pa
 
 /* Are all hits whole numbers, of so many kinds that it is no scene of a few walls? */
 bool depth_numbers_are_whole(const struct depth_numbers *numbers);
+
+/*
+ * What the core refuses, as a way out for `text`: "; where NaN means that nothing was hit,
+ * ...". "" where none is known. `channel` of the file `path` has the depth; NULL where
+ * other programs would not find it by that name.
+ */
+void depth_numbers_explain(const struct depth_numbers *numbers,
+                           const struct rf_params *params, const char *path,
+                           const char *channel, char *text, size_t n_bytes);
 
 #endif

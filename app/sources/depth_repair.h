@@ -59,6 +59,10 @@ bool depth_is_refused(const struct depth_findings *found, char *text, size_t n_b
 /* Why the depth may not be what is meant, into `text`; false: there is no doubt. */
 bool depth_is_doubtful(const struct depth_findings *found, char *text, size_t n_bytes);
 
+/* What depth_numbers_explain() says of the numbers of this depth. */
+void depth_explain(const struct depth_numbers *numbers, const struct source *source,
+                   const struct rf_params *params, char *text, size_t n_bytes);
+
 /* Pixels that were divided by alpha, given the depth of one side, of what they show, and
  * of the surface that they are holes in. */
 struct depth_repaired {

@@ -29,7 +29,8 @@ static float median_at(const float *depth, int32_t width, int32_t height, int32_
 
 /* Planar distances in place of a depth. */
 static bool make_planar(const struct source *source, const struct rf_params *params,
-                        float *depth, struct image_error *error)
+                        float *depth, const struct depth_numbers *numbers,
+                        struct image_error *error)
 {
     struct rf_context *context = NULL;
     struct rf_filter *filter = NULL;
@@ -45,13 +46,17 @@ static bool make_planar(const struct source *source, const struct rf_params *par
         rf_filter_planar_depth(filter, &image, &image, &core_error) == RF_OK;
     rf_filter_destroy(filter);
     rf_context_destroy(context);
-    return is_good ||
-           set_error(error, "%s: %s", image_path(source->depth), core_error.message);
+    char way_out[500] = "";
+    if (!is_good && core_error.code == RF_ERROR_DEPTH)
+        depth_explain(numbers, source, params, way_out, sizeof(way_out));
+    return is_good || set_error(error, "%s: %s%s", image_path(source->depth),
+                                core_error.message, way_out);
 }
 
 /* What filter refuses is no distance to focus on either, what it warns of is told. */
 static bool judge(const struct source *source, const struct settings *settings,
-                  float *depth, const struct app_host *host, struct image_error *error)
+                  float *depth, const struct app_host *host,
+                  struct depth_numbers *numbers, struct image_error *error)
 {
     const struct rf_depth_channel channel = {.depth = depth,
                                              .width = source->width,
@@ -63,6 +68,7 @@ static bool judge(const struct source *source, const struct settings *settings,
     char text[500];
     if (!depth_find(&found, source, settings, NULL, &channel))
         return set_error(error, "%s: out of memory", path);
+    *numbers = found.numbers;
     if (depth_is_refused(&found, text, sizeof(text)))
         return set_error(error, "%s: the depth %s", path, text);
     return !depth_is_doubtful(&found, text, sizeof(text)) ||
@@ -82,9 +88,10 @@ static bool pick(const struct source *source, const struct settings *settings,
     if (!(x >= 0 && x < source->width && y >= 0 && y < source->height))
         return set_error(error, "%s: (%g, %g) lies outside of its %d x %d px", path,
                          place->x, place->y, source->width, source->height);
+    struct depth_numbers numbers;
     float *depth = source_read_depth(source, 1, error);
-    if (!depth || !judge(source, settings, depth, request->host, error) ||
-        !make_planar(source, params, depth, error)) {
+    if (!depth || !judge(source, settings, depth, request->host, &numbers, error) ||
+        !make_planar(source, params, depth, &numbers, error)) {
         free(depth);
         return false;
     }

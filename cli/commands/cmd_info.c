@@ -30,6 +30,17 @@ static const struct option options[] = {
     OPTION_HELP_ROW,
 };
 
+static void explain_radii(struct info *info, const struct rf_params *params,
+                          const struct rf_error *error)
+{
+    char way_out[500] = "";
+    if (error->code == RF_ERROR_DEPTH)
+        depth_explain(&info->depth.numbers, &info->source, params, way_out,
+                      sizeof(way_out));
+    snprintf(info->radius_problem, sizeof(info->radius_problem), "%s%s", error->message,
+             way_out);
+}
+
 /* The radii of every pixel; leaves has_radii false where the depth does not allow it.
  */
 static void measure_radii(struct info *info, const struct rf_params *params,
@@ -47,8 +58,7 @@ static void measure_radii(struct info *info, const struct rf_params *params,
         rf_filter_coc(filter, &image, &image, &error) == RF_OK)
         info_count_radii(info, depth);
     else
-        snprintf(info->radius_problem, sizeof(info->radius_problem), "%s",
-                 error.message);
+        explain_radii(info, params, &error);
     rf_filter_destroy(filter);
     rf_context_destroy(context);
 }

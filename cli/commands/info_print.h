@@ -16,7 +16,7 @@ struct info {
     struct rf_lens lens;
     bool has_lens, has_stats, has_radii;
     char lens_problem[256]; /* why there is no lens */
-    char radius_problem[256];
+    char radius_problem[1024];
     struct depth_findings depth;
     struct { /* of a deep file */
         size_t n_samples, most_samples, n_volumes;

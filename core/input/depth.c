@@ -14,7 +14,8 @@
  *   normalised                 z = n + v (f - n)
  *
  * Nothing hit: infinity, from depth_infinity on, the far plane of a buffer or of a
- * range, and a planar or radial depth of exactly 0, which some renderers write for it.
+ * range, and a planar or radial depth of exactly 0, which some renderers write for it;
+ * of these also a value from depth_infinity on whose scale is negative.
  * NaN and negative depths, and buffer values outside [0, 1], are errors.
  */
 #include "input/depth.h"
@@ -60,6 +61,9 @@ static double planar_distance(const struct depth_map *map, double value, int x, 
     const struct rf_params *p = map->params;
     double n = p->depth_near, f = p->depth_far;
     double v = value * p->depth_scale + p->depth_offset, z;
+    const bool is_distance = p->depth == RF_DEPTH_PLANAR || p->depth == RF_DEPTH_RADIAL;
+    if (v < 0 && is_distance && value >= p->depth_infinity)
+        return INFINITY;
     if (isnan(v) || v < 0)
         return NAN;
     switch (p->depth) {

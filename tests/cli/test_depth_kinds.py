@@ -579,3 +579,55 @@ def test_karmas_distance_along_the_ray(filtered):
 def test_a_vector_that_was_hit_is_no_depth(filtered):
     _, said = filtered(renamed("hitPz.x", "hitPz.y", "hitPz.z"), code=1)
     assert "no depth channel" in said
+
+
+def sky(value, factor=1):
+    def change(channels):
+        z = channels["Z"] * numpy.float32(factor)
+        z[:9] = value
+        channels["Z"] = z.astype("f4")
+
+    return change
+
+
+@pytest.mark.parametrize("value", [0, 1e10, numpy.inf])
+def test_negative_depth_with_a_sky(filtered, value):
+    """Whatever means that nothing was hit means it of turned numbers, too."""
+    assert "--depth-scale -1" in filtered(sky(value, -1), code=1)[1]
+    got, said = filtered(sky(value, -1), "--depth-scale", "-1")
+    want, _ = filtered(sky(numpy.inf))
+    assert said == "" and difference(got, want) == 0
+
+
+@pytest.mark.parametrize(
+    "value, factor, steps",
+    [
+        (numpy.nan, 1, "--ch Z --fixnan black -d float"),
+        (-1, 1, "--ch Z --maxc 0 -d float"),
+        (-numpy.inf, 1, "--ch Z --maxc 0 -d float"),
+        (7, -1, "--ch Z --mulc -1 --maxc 0 -d float"),
+    ],
+)
+def test_a_sky_that_is_refused_has_a_way_out(
+    filtered, rackfocus, scene, tmp_path, value, factor, steps
+):
+    """The command that is named gives the picture of an infinite sky."""
+    scale = ["--depth-scale", str(factor)]
+    _, said = filtered(sky(value, factor), *scale, code=1)
+    path = scene(size=SIZE, change=sky(value, factor))
+    named = f"oiiotool {path} {steps} -o depth.exr, and say --depth-file depth.exr"
+    assert "864 bad depth values" in said and named in said
+    depth = scene("depth.exr", size=SIZE, change=sky(0))
+    got, _ = filtered(sky(value, factor), "--depth-file", depth)
+    assert difference(got, filtered(sky(numpy.inf))[0]) == 0
+    path = scene(size=SIZE, change=sky(value, factor))
+    for command in ("info", path), ("focus", path, "4,2"):
+        done = rackfocus(*command, *scale, code=int(command[0] == "focus"))
+        assert steps in done.stdout + done.stderr
+
+
+def test_several_bad_numbers_have_no_such_way_out(filtered):
+    def change(channels):
+        channels["Z"][3, 4:6] = -1, -2
+
+    assert "oiiotool" not in filtered(change, code=1)[1]

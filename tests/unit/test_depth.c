@@ -131,6 +131,34 @@ static void nothing_hit_is_infinity(void)
     }
 }
 
+/* A camera that looks along -z, and a sky that is none of its numbers. */
+static void infinity_is_so_of_turned_numbers(void)
+{
+    static const float skies[] = {INFINITY, 1e10F, 1e9F, 0, -INFINITY, -1e10F};
+    const int n = sizeof skies / sizeof skies[0];
+    for (int kind = RF_DEPTH_PLANAR; kind <= RF_DEPTH_RADIAL; kind++) {
+        struct rf_params p;
+        struct rf_error error = {0};
+        float depth[N], planar[N], radius[N];
+        params_of_kind(&p, kind);
+        for (int i = 0; i < N; i++)
+            depth[i] = (float)-encode(&p, 4, i % WIDTH, i / WIDTH);
+        for (int i = 0; i < n; i++)
+            depth[i] = skies[i];
+        p.depth_scale = -1;
+        REQUIRE(convert(&p, depth, planar, radius, &error) == RF_OK);
+        struct rf_lens lens;
+        rf_lens_init(&lens, &p, WIDTH, HEIGHT, NULL);
+        for (int i = 0; i < n; i++) {
+            CHECK(isinf(planar[i]) && planar[i] > 0);
+            CHECK_NEAR(radius[i], rf_lens_radius_px(&lens, INFINITY), 1e-6);
+        }
+        CHECK_NEAR(planar[n], 4, 1e-4);
+        depth[3] = 4; /* before the turning */
+        CHECK(convert(&p, depth, planar, radius, &error) == RF_ERROR_DEPTH);
+    }
+}
+
 static void depth_infinity_is_a_choice(void)
 {
     struct rf_params p;
@@ -331,6 +359,7 @@ int main(int argc, char **argv)
     TEST(every_kind_comes_back_planar);
     TEST(nothing_hit_is_infinity);
     TEST(depth_infinity_is_a_choice);
+    TEST(infinity_is_so_of_turned_numbers);
     TEST(scale_and_offset);
     TEST(bad_values_name_the_first_pixel_and_the_count);
     TEST(a_buffer_stays_in_its_range);
