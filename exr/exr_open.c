@@ -94,17 +94,34 @@ static bool fail_kind(const struct image_input *input, const unsigned char magic
 {
     static const struct {
         const char *bytes, *name;
-    } others[] = {{"\x89PNG", "a PNG"},       {"\xff\xd8\xff", "a JPEG"},
-                  {"II*", "a TIFF"},          {"MM", "a TIFF"},
-                  {"#?RA", "a Radiance HDR"}, {"8BPS", "a Photoshop"},
-                  {"RIFF", "a WebP"}};
-    for (size_t i = 0; i < sizeof others / sizeof others[0]; i++)
-        if (memcmp(magic, others[i].bytes, strlen(others[i].bytes)) == 0)
-            return image_fail(
-                error, input->path,
-                "is %s file; colour and depth are read from OpenEXR files, as "
-                "renderers write them",
-                others[i].name);
+        bool is_plain; /* numbers that no other program of pictures reads */
+    } others[] = {{"\x89PNG", "a PNG file", false},
+                  {"\xff\xd8\xff", "a JPEG file", false},
+                  {"II*", "a TIFF file", false},
+                  {"MM", "a TIFF file", false},
+                  {"#?RA", "a Radiance HDR file", false},
+                  {"8BPS", "a Photoshop file", false},
+                  {"RIFF", "a WebP file", false},
+                  {"PF\n", "a PFM file", false},
+                  {"Pf\n", "a PFM file", false},
+                  {"P5", "a PGM file", false},
+                  {"\x93NUM", "a NumPy array", true},
+                  {"PIEH", "a depth file of Middlebury's or Sintel's kind", true}};
+    for (size_t i = 0; i < sizeof others / sizeof others[0]; i++) {
+        if (memcmp(magic, others[i].bytes, strlen(others[i].bytes)) != 0)
+            continue;
+        if (others[i].is_plain)
+            return image_fail(error, input->path,
+                              "is %s; colour and depth are read from OpenEXR files; "
+                              "four lines of Python make one of it: docs/files.md, "
+                              "'Depth in other files'",
+                              others[i].name);
+        return image_fail(
+            error, input->path,
+            "is %s; colour and depth are read from OpenEXR files, as renderers write "
+            "them; of a depth map make one: oiiotool FILE -d float -o depth.exr",
+            others[i].name);
+    }
     return image_fail(error, input->path, "is not an OpenEXR file");
 }
 

@@ -685,5 +685,7 @@ bool image_find_view_layer(const struct image_input *input, const char *view,
         return true;
     list_channels(input, list, sizeof list);
     return image_fail(error, input->path,
-                      "no depth channel; name it; channels of the file: %s", list);
+                      "no depth channel; name it with --depth-channel; channels of "
+                      "the file: %s",
+                      list);
 }

@@ -18,6 +18,10 @@ int filter_judge_depth(const struct run *run, const struct rf_depth_stats *stats
                 &run->numbers);
     if (depth_is_refused(found, text, sizeof(text)))
         return app_fail(run->error, APP_FAILED, "%s: the depth %s", path, text);
+    if (source_explains_depth(&run->source, text, sizeof(text)) &&
+        app_warn(run->tool->host, run->error, "%s: the depth %s", path, text) !=
+            APP_DONE)
+        return APP_FAILED;
     if (depth_is_doubtful(found, text, sizeof(text)) &&
         app_warn(run->tool->host, run->error, "%s: the depth %s", path, text) !=
             APP_DONE)

@@ -110,12 +110,14 @@ static int warn_kind(const struct run *run)
             "radial, or --depth planar if they are along the axis",
             path);
     if (speaks_for(&kinds, kinds.n_inverse, kinds.n_planar + kinds.n_radial))
-        return app_warn(run->tool->host, run->error,
-                        "%s: the depth is taken for distances of a perspective, but "
-                        "flat things are flat only if it is 1 / distance; say --depth "
-                        "inverse, --projection orthographic if the camera is, or "
-                        "--depth planar if all is right",
-                        path);
+        return app_warn(
+            run->tool->host, run->error,
+            "%s: the depth is taken for distances of a perspective, but "
+            "flat things are flat only if it is 1 / distance; say --depth "
+            "inverse, --depth buffer-reversed-infinite with --depth-near if "
+            "it is a z-buffer of a game, --projection orthographic if the "
+            "camera is, or --depth planar if all is right",
+            path);
     return APP_DONE;
 }
 

@@ -200,10 +200,13 @@ bool depth_is_refused(const struct depth_findings *found, char *text, size_t n_b
         return true;
     }
     if (found->stats.kind == RF_DEPTH_INVERSE) {
-        snprintf(text, n_bytes,
-                 "does not look like distances but like 1 / distance (%s); say --depth "
-                 "inverse, or --depth planar if they are",
-                 found->stats.kind_reason);
+        snprintf(
+            text, n_bytes,
+            "does not look like distances but like 1 / distance (%s); say --depth "
+            "inverse, --depth buffer-reversed-infinite with --depth-near if it is a "
+            "reversed z-buffer without far plane (games), or --depth planar if they "
+            "are",
+            found->stats.kind_reason);
         return true;
     }
     if (strcmp(guess, "normalised") != 0 && strncmp(guess, "buffer", 6) != 0)
@@ -214,8 +217,11 @@ bool depth_is_refused(const struct depth_findings *found, char *text, size_t n_b
              "--depth-near and --depth-far, %sor --depth planar if they are",
              is_buffer ? "like a depth buffer" : "like normalised depth",
              found->stats.kind_reason, guess,
-             found->stats.n_zero > 0 ? "--depth inverse if it is 1 / distance (Nuke), "
-                                     : "");
+             found->stats.n_zero > 0
+                 ? "--depth inverse if it is 1 / distance (Nuke), --depth "
+                   "buffer-reversed-infinite with --depth-near if it is a reversed "
+                   "z-buffer without far plane (games), "
+                 : "");
     return true;
 }
 

@@ -71,6 +71,9 @@ static bool judge(const struct source *source, const struct settings *settings,
     *numbers = found.numbers;
     if (depth_is_refused(&found, text, sizeof(text)))
         return set_error(error, "%s: the depth %s", path, text);
+    if (source_explains_depth(source, text, sizeof(text)) &&
+        app_warn(host, error, "%s: the depth %s", path, text) != APP_DONE)
+        return false;
     return !depth_is_doubtful(&found, text, sizeof(text)) ||
            app_warn(host, error, "%s: the depth %s", path, text) == APP_DONE;
 }

@@ -40,10 +40,102 @@ void source_list_channels(const struct image_input *input, char *text, size_t n_
     }
 }
 
-/* Opens a file that is there for its depth; `depth_channel` may be NULL. */
-static bool open_depth(struct source *source, const char *path,
-                       const char *depth_channel, struct image_error *error)
+/* ---- what channels have in common ------------------------------------------------- */
+
+static bool has_one_size(const struct image_input *input, int a, int b)
 {
+    int n;
+    const struct image_channel_info *channels = image_channels(input, &n);
+    const struct image_part_info *parts = image_parts(input, &n);
+    return channels[a].part == channels[b].part ||
+           memcmp(&parts[channels[a].part].data_window,
+                  &parts[channels[b].part].data_window, sizeof(struct image_box)) == 0;
+}
+
+/* Looks at pixels of channels, interleaved; false: enough was seen. */
+typedef bool (*look_fn)(void *user, const float *samples, size_t n_pixels);
+
+/* Strip by strip, of channels of one size; false where they cannot be read. */
+static bool look_at(struct image_input *input, const int *channels, int n_channels,
+                    look_fn look, void *user)
+{
+    int n;
+    const int part = image_channels(input, &n)[channels[0]].part;
+    const struct image_box *box = &image_parts(input, &n)[part].data_window;
+    const int32_t width = box->max_x - box->min_x + 1;
+    const int32_t height = box->max_y - box->min_y + 1;
+    const int32_t step = image_row_step(input, part);
+    struct image_error ignored;
+    float *rows = app_memory((size_t)width * (size_t)step,
+                             (size_t)n_channels * sizeof(float), &ignored);
+    bool is_read = rows != NULL, goes_on = true;
+    for (int32_t y = 0; is_read && goes_on && y < height; y += step) {
+        const struct image_rows some = {y, step < height - y ? step : height - y};
+        is_read = image_read_rows(input, channels, n_channels, some, rows, 1, &ignored);
+        goes_on = is_read && look(user, rows, (size_t)width * (size_t)some.n);
+    }
+    free(rows);
+    return is_read;
+}
+
+/* Half floats of the one are the floats of the other. */
+static const float AS_GOOD_AS_EQUAL = 1.0F / 1024;
+
+/* Two depths: do they differ, does the one go on beyond 1, the other not? */
+struct rivalry {
+    bool is_other, is_above_one, is_rival_above_one;
+};
+
+static bool compare_depths(void *user, const float *pairs, size_t n)
+{
+    struct rivalry *found = user;
+    for (size_t i = 0; i < n; i++) {
+        const float z = pairs[2 * i], rival = pairs[2 * i + 1];
+        const bool is_equal = z == rival || (z != z && rival != rival) ||
+                              fabsf(z - rival) <= AS_GOOD_AS_EQUAL * fabsf(z);
+        found->is_other |= !is_equal;
+        found->is_above_one |= z > 1;
+        found->is_rival_above_one |= rival > 1 || rival < 0;
+    }
+    return true;
+}
+
+bool source_has_rival(const struct source *source)
+{
+    struct rivalry found = {0};
+    const int pair[2] = {source->z, source->z_rival};
+    if (source->z_rival < 0 || !has_one_size(source->depth, source->z, source->z_rival))
+        return source->z_rival >= 0;
+    const bool is_read = look_at(source->depth, pair, 2, compare_depths, &found);
+    const bool is_for_viewing =
+        source->is_rival_weak && found.is_above_one && !found.is_rival_above_one;
+    return !is_read || (found.is_other && !is_for_viewing);
+}
+
+static bool compare_colours(void *user, const float *rgb, size_t n)
+{
+    bool *are_equal = user;
+    for (size_t i = 0; i < n && *are_equal; i++)
+        *are_equal = memcmp(rgb + 3 * i, rgb + 3 * i + 1, 2 * sizeof(float)) == 0;
+    return *are_equal;
+}
+
+/* Does a file of R G B hold one number three times, as LuxCore's depth does? */
+static bool is_one_number(struct image_input *input, const struct image_layer *layer)
+{
+    bool are_equal = true;
+    const int rgb[3] = {layer->r, layer->g, layer->b};
+    return layer->r >= 0 && layer->g >= 0 && layer->b >= 0 && !layer->is_chroma &&
+           look_at(input, rgb, 3, compare_colours, &are_equal) && are_equal;
+}
+
+/* ---- opening ---------------------------------------------------------------------- */
+
+/* Opens a file that is there for its depth; `depth_channel` may be NULL. */
+static bool open_depth(struct source *source, const struct source_request *request,
+                       const char *path, struct image_error *error)
+{
+    const char *depth_channel = request->depth_channel;
     struct image_layer found;
     if (!image_open(&source->depth, path, error))
         return false;
@@ -51,18 +143,24 @@ static bool open_depth(struct source *source, const char *path,
         return false;
     /* The reader falls back on the red of a picture; only a grey one can be meant. */
     const bool is_red = found.r >= 0 && found.z == found.r && found.r != found.g;
-    source->z = is_red && !depth_channel ? -1 : found.z;
+    source->is_red = is_red && !depth_channel && request->depth_file &&
+                     is_one_number(source->depth, &found);
+    source->z = is_red && !depth_channel && !source->is_red ? -1 : found.z;
     source->z_rival = found.z_rival;
     source->is_rival_weak = found.is_rival_weak;
     if (source->z >= 0)
         return true;
-    char channels[400];
+    int n;
+    char channels[400], hint[300] = "";
     source_list_channels(source->depth, channels, sizeof(channels));
+    if (is_red)
+        snprintf(hint, sizeof(hint), " (--depth-channel %s if the picture is it)",
+                 image_channels(source->depth, &n)[found.r].name);
     return set_error(
         error,
         "%s: there is no depth channel; its channels are %s; name the depth "
-        "with --depth-channel",
-        path, channels);
+        "with --depth-channel%s",
+        path, channels, hint);
 }
 
 /* The second file where it is nothing but depth, or where the first has none. With two
@@ -72,7 +170,7 @@ static bool open_second(struct source *source, const struct source_request *requ
 {
     struct image_layer found;
     const char *path = request->paths[1];
-    if (!open_depth(source, path, request->depth_channel, error))
+    if (!open_depth(source, request, path, error))
         return false;
     const bool has_colour =
         image_find_layer(source->depth, NULL, NULL, false, &found, error) &&
@@ -91,7 +189,7 @@ static bool find_depth(struct source *source, const struct source_request *reque
                        struct image_error *error)
 {
     if (request->depth_file)
-        return open_depth(source, request->depth_file, request->depth_channel, error);
+        return open_depth(source, request, request->depth_file, error);
     if (request->n_paths > 1)
         return open_second(source, request, error);
     if (source->layer.z >= 0) {
@@ -266,6 +364,19 @@ bool source_is_doubtful(const struct source *source, char *text, size_t n_bytes)
     return true;
 }
 
+bool source_explains_depth(const struct source *source, char *text, size_t n_bytes)
+{
+    int n;
+    if (!source->is_red)
+        return false;
+    const char *name = image_channels(source->depth, &n)[source->z].name;
+    snprintf(text, n_bytes,
+             "is taken from %s of a picture whose red, green and blue are equal; "
+             "--depth-channel %s says that it is meant",
+             name, name);
+    return true;
+}
+
 float *source_read_colour(const struct source *source, int n_threads,
                           struct image_error *error)
 {
@@ -313,64 +424,6 @@ float *source_read_depth(const struct source *source, int n_threads,
     }
     free(samples);
     return NULL;
-}
-
-/* Half floats of the one are the floats of the other. */
-static const float AS_GOOD_AS_EQUAL = 1.0F / 1024;
-
-/* Looks at n numbers of two depths: do they differ, does the one go on beyond 1, the
- * other not? */
-struct rivalry {
-    bool is_other, is_above_one, is_rival_above_one;
-};
-
-static void compare_depths(const float *pairs, size_t n, struct rivalry *found)
-{
-    for (size_t i = 0; i < n; i++) {
-        const float z = pairs[2 * i], rival = pairs[2 * i + 1];
-        const bool is_equal = z == rival || (z != z && rival != rival) ||
-                              fabsf(z - rival) <= AS_GOOD_AS_EQUAL * fabsf(z);
-        found->is_other |= !is_equal;
-        found->is_above_one |= z > 1;
-        found->is_rival_above_one |= rival > 1 || rival < 0;
-    }
-}
-
-static bool has_one_size(const struct image_input *input, int a, int b)
-{
-    int n;
-    const struct image_channel_info *channels = image_channels(input, &n);
-    const struct image_part_info *parts = image_parts(input, &n);
-    return channels[a].part == channels[b].part ||
-           memcmp(&parts[channels[a].part].data_window,
-                  &parts[channels[b].part].data_window, sizeof(struct image_box)) == 0;
-}
-
-bool source_has_rival(const struct source *source)
-{
-    if (source->z_rival < 0 || !has_one_size(source->depth, source->z, source->z_rival))
-        return source->z_rival >= 0;
-    int n;
-    const int pair[2] = {source->z, source->z_rival};
-    const int part = image_channels(source->depth, &n)[source->z].part;
-    const struct image_box *box = depth_window(source);
-    const int32_t width = box->max_x - box->min_x + 1;
-    const int32_t height = box->max_y - box->min_y + 1;
-    const int32_t step = image_row_step(source->depth, part);
-    struct rivalry found = {0};
-    struct image_error ignored;
-    float *rows = app_memory((size_t)width * (size_t)step, 2 * sizeof(float), &ignored);
-    bool is_read = rows != NULL;
-    for (int32_t y = 0; is_read && y < height; y += step) {
-        const struct image_rows some = {y, step < height - y ? step : height - y};
-        is_read = image_read_rows(source->depth, pair, 2, some, rows, 1, &ignored);
-        if (is_read)
-            compare_depths(rows, (size_t)width * (size_t)some.n, &found);
-    }
-    free(rows);
-    const bool is_for_viewing =
-        source->is_rival_weak && found.is_above_one && !found.is_rival_above_one;
-    return !is_read || (found.is_other && !is_for_viewing);
 }
 
 void source_pack_grey_alpha(float *samples, size_t n)

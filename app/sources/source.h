@@ -28,7 +28,8 @@ struct source {
     int z;                     /* channel of `depth`, -1: none */
     int z_rival;               /* another that may be meant as well, -1: none */
     bool is_rival_weak;        /* as of image_layer */
-    int part;                  /* of the colour, else of the depth */
+    bool is_red; /* z is the red of a --depth-file whose colours are equal */
+    int part;    /* of the colour, else of the depth */
     struct image_part_info info; /* of that part */
     int32_t width, height;       /* of its data window */
     int n_channels;              /* of the colour: 1 grey, 3 RGB, 4 RGBA */
@@ -59,6 +60,9 @@ bool source_has_only_data(const struct source *source, char *text, size_t n_byte
 
 /* Why the colour may not be what is meant, into `text`; false: there is no doubt. */
 bool source_is_doubtful(const struct source *source, char *text, size_t n_bytes);
+
+/* How the depth was found where its name does not say so, into `text`; false: it does. */
+bool source_explains_depth(const struct source *source, char *text, size_t n_bytes);
 
 /* Do colour and depth cover the same pixels? */
 bool source_has_one_window(const struct source *source);

@@ -319,6 +319,8 @@ static void print_depth(const struct info *info)
         printf("  %-20s the depth %s\n", "filter refuses", text);
     else if (depth_is_doubtful(&info->depth, text, sizeof(text)))
         printf("  %-20s the depth %s\n", "filter warns", text);
+    if (source_explains_depth(&info->source, text, sizeof(text)))
+        printf("  %-20s the depth %s\n", "filter warns", text);
 }
 
 static void print_lens(const struct info *info)

@@ -375,6 +375,7 @@ def test_inverse_depth_of_near_things(filtered, sky, doubt):
         return
     _, said = filtered(inverse, code=1)
     assert "like 1 / distance" in said and "say --depth inverse" in said
+    assert "--depth buffer-reversed-infinite with --depth-near" in said
     filtered(inverse, "--depth", "inverse")
 
 
@@ -631,3 +632,66 @@ def test_several_bad_numbers_have_no_such_way_out(filtered):
         channels["Z"][3, 4:6] = -1, -2
 
     assert "oiiotool" not in filtered(change, code=1)[1]
+
+
+def test_a_reversed_infinite_buffer_is_named(filtered):
+    """near / distance, and 0 for the sky: what to type gives the picture."""
+
+    def reverse(channels):
+        sky(numpy.inf)(channels)
+        channels["Z"] = numpy.float32(0.5) / channels["Z"]
+
+    _, said = filtered(reverse, code=1)
+    assert "--depth buffer-reversed-infinite with --depth-near" in said
+    got, said = filtered(
+        reverse, "--depth", "buffer-reversed-infinite", "--depth-near", "0.5"
+    )
+    assert said == "" and difference(got, filtered(sky(numpy.inf))[0]) < 1e-5
+
+
+def test_a_depth_file_of_equal_colours(filtered, scene, rackfocus):
+    """LuxCore's DEPTH: three times one number."""
+
+    def triple(channels):
+        z = channels.pop("Z")
+        for name in "RGB":
+            channels[name] = z.copy()
+
+    def differ(channels):
+        triple(channels)
+        channels["G"][5, 3] += 1
+
+    def bare(channels):
+        del channels["Z"]
+
+    want, _ = filtered(None)
+    grey = scene("grey.exr", size=SIZE, change=triple)
+    got, said = filtered(bare, "--depth-file", grey)
+    assert difference(got, want) == 0
+    assert "grey.exr: the depth is taken from R of a picture whose red" in said
+    got, said = filtered(bare, "--depth-file", grey, "--depth-channel", "R")
+    assert said == "" and difference(got, want) == 0
+    colour = scene("colour.exr", size=SIZE, change=bare)
+    done = rackfocus("focus", colour, "48,32", "--depth-file", grey)
+    assert "--focus-distance 3" in done.stdout and "taken from R" in done.stderr
+    assert "taken from R" in rackfocus("info", colour, "--depth-file", grey).stdout
+    other = scene("other.exr", size=SIZE, change=differ)
+    _, said = filtered(bare, "--depth-file", other, code=1)
+    assert "(--depth-channel R if the picture is it)" in said
+
+
+@pytest.mark.parametrize(
+    "first, says",
+    [
+        (b"Pf\n4 2\n-1.0\n", "is a PFM file"),
+        (b"\x93NUMPY\x01\x00", "is a NumPy array"),
+        (b"PIEH\x04\x00\x00\x00", "is a depth file of Middlebury's"),
+        (b"II*\x00\x08\x00\x00\x00", "is a TIFF file"),
+    ],
+)
+def test_depth_in_other_files(filtered, tmp_path, first, says):
+    path = tmp_path / "depth.dat"
+    path.write_bytes(first + bytes(100))
+    _, said = filtered(None, "--depth-file", path, code=1)
+    assert says in said
+    assert "oiiotool FILE -d float -o" in said or "'Depth in other files'" in said
