@@ -179,6 +179,9 @@ int filter_over(const struct filter_options *tool, const struct settings *settin
     }
     if (code == APP_DONE)
         code = join_layers(tool, &folder, paths, error);
+    if (code == APP_DONE)
+        app_say(tool->host, "%s: %d pictures, each with its own blur, over each other",
+                tool->shown_output ? tool->shown_output : tool->output, n_paths);
     folder_remove(&folder);
     return code;
 }
@@ -296,12 +299,15 @@ static int filter_eyes(const struct filter_options *tool, struct settings *setti
                        struct eye *eyes, int n, struct folder *folder,
                        struct image_error *error)
 {
-    const struct app_host deaf = app_host_of_part(tool->host);
+    const char *shown_output = tool->shown_output ? tool->shown_output : tool->output;
     int code = APP_DONE;
     for (int i = 0; i < n && code == APP_DONE; i++) {
         struct filter_options one = *tool;
-        one.host = folder ? &deaf : tool->host;
-        char path[4200];
+        char path[4200], shown[4200];
+        if (folder) {
+            snprintf(shown, sizeof(shown), "%s, view %s", shown_output, eyes[i].name);
+            one.shown_output = shown;
+        }
         if (folder)
             folder_file(folder, folder->n_files++, path, sizeof(path));
         else

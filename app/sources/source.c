@@ -86,13 +86,18 @@ struct rivalry {
     bool is_other, is_above_one, is_rival_above_one;
 };
 
+static bool is_same(float a, float b)
+{
+    return a == b || (a != a && b != b);
+}
+
 static bool compare_depths(void *user, const float *pairs, size_t n)
 {
     struct rivalry *found = user;
     for (size_t i = 0; i < n; i++) {
         const float z = pairs[2 * i], rival = pairs[2 * i + 1];
-        const bool is_equal = z == rival || (z != z && rival != rival) ||
-                              fabsf(z - rival) <= AS_GOOD_AS_EQUAL * fabsf(z);
+        const bool is_equal =
+            is_same(z, rival) || fabsf(z - rival) <= AS_GOOD_AS_EQUAL * fabsf(z);
         found->is_other |= !is_equal;
         found->is_above_one |= z > 1;
         found->is_rival_above_one |= rival > 1 || rival < 0;
@@ -116,7 +121,8 @@ static bool compare_colours(void *user, const float *rgb, size_t n)
 {
     bool *are_equal = user;
     for (size_t i = 0; i < n && *are_equal; i++)
-        *are_equal = memcmp(rgb + 3 * i, rgb + 3 * i + 1, 2 * sizeof(float)) == 0;
+        *are_equal =
+            is_same(rgb[3 * i], rgb[3 * i + 1]) && is_same(rgb[3 * i], rgb[3 * i + 2]);
     return *are_equal;
 }
 

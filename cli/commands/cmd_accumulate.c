@@ -415,8 +415,13 @@ static int accumulate_any(const struct accumulate_options *tool,
     if (sequence_is_pattern(views->items[0]))
         return accumulate_sequence(tool, views, report);
     if (!report && !tool->frames && !tool->is_anew) {
-        const int code = check_files(tool, views, NULL);
-        return code == EXIT_DONE ? accumulate(tool, views) : code;
+        int code = check_files(tool, views, NULL);
+        if (code == EXIT_DONE)
+            code = accumulate(tool, views);
+        if (code == EXIT_DONE && !tool->is_quiet)
+            printf("%s: mean of %d view%s\n", tool->output, views->n,
+                   views->n == 1 ? "" : "s");
+        return code;
     }
     message("'%s' is no sequence, for which --frames, --anew and submit are; name its "
             "frames with # for the digits of the number, as in 'view_0.####.exr'",

@@ -41,7 +41,7 @@ static rf_result check_values(const struct rf_image *image, struct rf_error *err
                 float v = *rf_image_at(image, x, y, c);
                 if (!isfinite(v) || v < 0)
                     return rf_fail(error, RF_ERROR_PIXEL, "distribution",
-                                   "the picture of the distribution is %g at pixel "
+                                   "the picture of the aperture is %g at pixel "
                                    "(%d, %d): light must be finite and not negative",
                                    (double)v, x, y);
             }
@@ -78,7 +78,7 @@ static rf_result check_picture(const struct rf_image *image, struct rf_error *er
         rf_image_check(image, "distribution", image->width, image->height, error);
     if (result == RF_OK && (image->width < 1 || image->height < 1))
         result = rf_fail(error, RF_ERROR_ARGUMENT, "distribution",
-                         "the picture of the distribution has no pixels");
+                         "the picture of the aperture has no pixels");
     return result == RF_OK ? check_values(image, error) : result;
 }
 
@@ -123,7 +123,7 @@ rf_result rf_bokeh_make(struct rf_bokeh **bokeh, const struct rf_context *contex
     }
     rf_bokeh_free(d, context);
     return rf_fail(error, RF_ERROR_PIXEL, "distribution",
-                   "the picture of the distribution is black%s: nothing would be left "
+                   "the picture of the aperture is black%s: nothing would be left "
                    "of the light",
                    n_planes > 1 ? " in a channel" : "");
 }

@@ -73,7 +73,8 @@ def test_the_gallery_has_all_looks(rackfocus):
 def test_accumulate_changes_highlights_in_each_view(rackfocus, scene, tmp_path):
     """Before the mean: a lamp that half of the views see has half of its gain."""
     bright, dark = scene(), tmp_path / "dark.exr"
-    rackfocus("accumulate", bright, bright, "-o", tmp_path / "same.exr")
+    done = rackfocus("accumulate", bright, bright, "-o", tmp_path / "same.exr")
+    assert done.stdout == f"{tmp_path / 'same.exr'}: mean of 2 views\n"
     light, _ = plainexr.read(tmp_path / "same.exr")
     black = ("--highlight-threshold", "0", "--highlight-gain", "0")
     rackfocus("accumulate", bright, bright, "-o", dark, *black)

@@ -195,7 +195,13 @@ def each(rackfocus, pair, tmp_path):
 def test_stereo_to_one_file(rackfocus, pair, both, tmp_path, kind):
     inputs = pair if kind == "pair" else [both]
     out = tmp_path / "out.exr"
-    rackfocus("filter", *inputs, "--stereo", "-o", out, "--type", "float")
+    done = rackfocus("filter", *inputs, "--stereo", "-o", out, "--type", "float")
+    lines = done.stdout.splitlines()
+    assert [line.split(":")[0] for line in lines] == [
+        f"{out}, view left",
+        f"{out}, view right",
+    ]
+    assert all("radii" in line and "method layered" in line for line in lines)
     parts = parts_of(out)
     assert list(parts) == ["left", "right"]
     for got, want in zip(parts.values(), each(rackfocus, pair, tmp_path), strict=True):

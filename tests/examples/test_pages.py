@@ -118,3 +118,20 @@ def test_links_lead_somewhere(page):
         assert other.exists(), f"{page.name}: {target}"
         if anchor:
             assert anchor in set(anchors(other)), f"{page.name}: {target}"
+
+
+def test_every_option_of_filter_stands_on_its_page(environment):
+    """docs/cli.md has a table of them, which a new option is easily left out of."""
+    done = subprocess.run(
+        ["rackfocus", "filter", "--help"],
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    row = r"^ +(?:-\w, )?--(?:\[no-\])?([a-z-]+)"
+    options = re.findall(row, done.stdout, flags=re.M)
+    page = (ROOT / "docs/cli.md").read_text()
+    table = page.split("## Every option of `filter`")[1].split("\n## ")[0]
+    words = set(re.findall(r"--(?:no-)?([a-z-]+)", table))
+    assert len(options) > 100 and set(options) - words == set()

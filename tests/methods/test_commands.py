@@ -268,6 +268,7 @@ def test_a_file_gives_the_bokeh(rackfocus, tmp_path, suffix):
           "l.exr"], "--distribution image", 2),
         (["--method", "scatter", "--distribution-image", "none.exr"], "none.exr", 1),
         (["--method", "scatter", "--distribution-image", "black.exr"], "black.exr", 1),
+        (["--aperture-image", "black.exr"], "the picture of the aperture is black", 1),
     ],
 )  # fmt: skip
 def test_a_wrong_file_for_the_bokeh(rackfocus, tmp_path, options, text, code):
