@@ -37,6 +37,14 @@
 /* Of the first and third mean above together: 0.97, 0.53, 0.18, 0.28. */
 static const double WIDENED_SHARES = 0.4;
 
+/*
+ * Pixels 5 and 6 px within near sides have this share of the near colour at least, on average,
+ * unless the near side's texture has the colours of what is behind it, which looks like a
+ * rim (0.74 of checks of 4 px in focus, 20.6 dB for 29.9 with the depth as it is; 0.85 to 0.97 of the
+ * scenes of tests/quality, 0.99 of LuxCore's boxes).
+ */
+static const double PLAIN_INSIDE = 0.8;
+
 /* What two pixels show is told by |e|^2 of more than this; else by the mean a_k, the more
  * the less it is: 0.003 loses 0.03 dB. Steps whose sides differ less are not counted. */
 static const float UNSURE = 0.03f, CLEAR = 0.02f;
@@ -174,6 +182,15 @@ static void count_step(const struct map *map, int32_t x, int32_t y, int32_t side
     for (int k = 0; k < 3; k++)
         sums->shares[k] += shares[k];
     sums->n++;
+    for (int32_t k = INNER_PX + 1; k <= INNER_PX + 2; k++) {
+        const int32_t within = x - k * side;
+        if (!is_inside(map, within, y) ||
+            !are_flat(depth_at(map, x, y), depth_at(map, within, y)))
+            break;
+        sums->inside +=
+            (double)share_of_near(tone_at(map, within, y, white), f, b, square);
+        sums->n_inside++;
+    }
 }
 
 void rf_depth_count_edges(const struct rf_depth_channel *strip,
@@ -200,7 +217,10 @@ void rf_depth_judge_edges(const struct rf_edge_sums *sums, struct rf_depth_stats
     for (int k = 0; k < 3; k++)
         stats->near_shares[k] =
             are_enough ? sums->shares[k] / (double)sums->n : (double)NAN;
-    stats->is_widened = stats->near_shares[0] + stats->near_shares[2] < WIDENED_SHARES;
+    stats->is_widened =
+        stats->near_shares[0] + stats->near_shares[2] < WIDENED_SHARES &&
+        (sums->n_inside < RF_DEPTH_FEWEST ||
+         sums->inside > PLAIN_INSIDE * (double)sums->n_inside);
 }
 
 /* ---- mending --------------------------------------------------------------------- */

@@ -11,6 +11,8 @@
 struct rf_edge_sums {
     double shares[3];
     size_t n;
+    double inside; /* of pixels farther within near sides, which show nothing behind */
+    size_t n_inside;
 };
 
 /* Adds the steps along the rows of a strip that has colours. */

@@ -176,6 +176,24 @@ static void what_is_no_depth_does_not_spread(void)
     }
 }
 
+/* Stripes of 3 light and 2 dark pixels, the last two before a dark wall. */
+static void texture_is_no_width(void)
+{
+    struct rf_depth_channel channel = channel_of(3);
+    struct rf_depth_stats stats = {.size = sizeof stats};
+    for (int i = 0; i < N; i++) {
+        const bool is_near = i % WIDTH < 20, is_dark = i % WIDTH % 5 >= 3;
+        depth[i] = truth[i] = is_near ? 2 : 10;
+        for (int c = 0; c < 3; c++)
+            colour[i * 3 + c] = !is_near ? 0.05f : is_dark ? 0.07f : 0.9f;
+    }
+    REQUIRE(rf_depth_repair(NULL, &channel, &stats, NULL) == RF_OK);
+    printf("# shares %.2f %.2f %.2f\n", stats.near_shares[0], stats.near_shares[1],
+           stats.near_shares[2]);
+    CHECK(!stats.is_widened && stats.n_narrowed == 0);
+    CHECK(memcmp(depth, truth, sizeof depth) == 0);
+}
+
 static void other_depth_is_not_narrowed(void)
 {
     struct rf_depth_channel channel = channel_of(3), without = channel_of(0);
@@ -284,6 +302,7 @@ int main(int argc, char **argv)
     TEST(brightness_does_not_tell_width);
     TEST(wide_depth_is_narrowed_before_texture);
     TEST(what_is_no_depth_does_not_spread);
+    TEST(texture_is_no_width);
     TEST(other_depth_is_not_narrowed);
     TEST(what_nothing_tells_stays);
     TEST(depth_times_alpha_is_divided_by_it);
