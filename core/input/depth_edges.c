@@ -38,10 +38,10 @@
 static const double WIDENED_SHARES = 0.4;
 
 /*
- * Pixels 5 and 6 px within near sides have this share of the near colour at least, on average,
- * unless the near side's texture has the colours of what is behind it, which looks like a
- * rim (0.74 of checks of 4 px in focus, 20.6 dB for 29.9 with the depth as it is; 0.85 to 0.97 of the
- * scenes of tests/quality, 0.99 of LuxCore's boxes).
+ * Pixels 5 and 6 px within near sides have this share of the near colour at least, on
+ * average, unless the near side's texture has the colours of what is behind it, which
+ * looks like a rim: 0.74 of checks of 4 px in focus (20.6 dB for 29.9 with the depth as
+ * it is), 0.85 to 0.97 of the scenes of tests/quality, 0.99 of LuxCore's boxes.
  */
 static const double PLAIN_INSIDE = 0.8;
 

@@ -33,8 +33,9 @@ enum { RIM = 2 };
 /*
  * Brighter light is dimmed to that, unless half of the LAMP px beside it are nearly as
  * bright: a lamp that is cut by the border is no bar of light, and a sky beside a wall is
- * no lamp; what is nearer than the light does not count. Of all pixels that are looked at, as it was once, a sky of 9 that fills less
- * than half of a picture of 200 px came out as 5 at the border.
+ * no lamp. What is nearer than the light does not count. Of all pixels that are looked
+ * at, as it was once, a sky of 9 that fills less than half of a picture of 200 px came
+ * out as 5 at the border.
  */
 static const float LEAST_LIMIT = 1;
 enum { LAMP = 48, ENOUGH = 4 };

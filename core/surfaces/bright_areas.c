@@ -228,17 +228,24 @@ static int place_across(int i, int reach)
     return (place & ~1) | (i & 1);
 }
 
-/* Places around a bright pixel that say what it is part of. */
-struct around_light {
+/* What a bright pixel may be a part of. */
+struct light {
+    const struct rf_areas *areas;
+    const struct rf_work_view *view;
+    int n_planes;
+    float least;     /* luminance of its other parts */
+    float nearest_r; /* what is nearer may hide some of them, px */
+};
+
+/* Of places around a pixel that say what it is part of. */
+struct tally {
     int n, n_bright;
 };
 
-static struct around_light look_around(const struct rf_areas *a,
-                                       const struct rf_work_view *view, int n_planes,
-                                       int x, int y, float least, float nearest_r,
-                                       int reach)
+static struct tally look_around(const struct light *light, int x, int y, int reach)
 {
-    struct around_light around = {0, 0};
+    const struct rf_areas *a = light->areas;
+    struct tally tally = {0, 0};
     for (int j = 0; j < LARGE_PLACES; j++)
         for (int i = 0; i < LARGE_PLACES; i++) {
             int at_x = x + place_across(i, reach), at_y = y + place_across(j, reach);
@@ -246,26 +253,27 @@ static struct around_light look_around(const struct rf_areas *a,
                 (unsigned)at_y >= (unsigned)a->height)
                 continue;
             size_t at = (size_t)at_y * (size_t)a->width + (size_t)at_x;
-            const bool is_bright =
-                luminance_at(view, n_planes, at_x, at_y, at) >= least;
-            around.n_bright += is_bright;
-            around.n += is_bright || !(view->radius[at] < nearest_r);
+            const bool is_bright = luminance_at(light->view, light->n_planes, at_x,
+                                                at_y, at) >= light->least;
+            tally.n_bright += is_bright;
+            tally.n += is_bright || !(light->view->radius[at] < light->nearest_r);
         }
-    return around;
+    return tally;
 }
 
 bool rf_is_large_light(const struct rf_areas *a, const struct rf_work_view *view,
                        int n_planes, int x, int y, float luminance, float r)
 {
-    struct around_light around = {0, 0};
+    const struct light light = {a, view, n_planes, LARGE_LUMINANCE * luminance,
+                                r - NEARER_PX};
+    struct tally tally = {0, 0};
     int reach = (int)rf_min_float(fabsf(r), LARGE_MOST_PX);
     x = rf_min_int(rf_max_int(x, 0), a->width - 1); /* beyond the border it goes on */
     y = rf_min_int(rf_max_int(y, 0), a->height - 1);
     reach = rf_max_int(reach, LARGE_LEAST_PX);
-    for (; reach > 1 && around.n < LARGE_ENOUGH; reach /= 2)
-        around = look_around(a, view, n_planes, x, y, LARGE_LUMINANCE * luminance,
-                             r - NEARER_PX, reach);
-    return (float)around.n_bright > LARGE_SHARE * (float)around.n;
+    for (; reach > 1 && tally.n < LARGE_ENOUGH; reach /= 2)
+        tally = look_around(&light, x, y, reach);
+    return (float)tally.n_bright > LARGE_SHARE * (float)tally.n;
 }
 
 float rf_least_highlight(void)
