@@ -9,6 +9,7 @@ rendered is kept for as long as camera and frame are the same.
 
 from . import denoising, group, lens, look, passes, props, setup, sharp
 from .library import rackfocus
+from .writing import set_if_other
 
 OTHER_SEED = 7919  # its noise is not that of the pinhole's samples
 
@@ -98,8 +99,8 @@ def make_copy(scene, new_copy, samples):
 
 def prepare_copy(scene, copy, camera):
     """For a frame: its camera, the layers that are in use."""
-    copy.camera = camera
-    copy.render.use_multiview = False
+    set_if_other(copy, "camera", camera)
+    set_if_other(copy.render, "use_multiview", False)
     for layer, own in zip(copy.view_layers, scene.view_layers, strict=True):
         layer.use = own.use
 

@@ -17,6 +17,8 @@ The variance of a disc of radius r is r^2 / 4 on each axis; merging adds that of
 the views between pixels. docs/notebook/rivals.md has the scores.
 """
 
+from .writing import set_if_other
+
 FEW = 4  # samples of a view, at most
 OFF_FOCUS_PX = 1.5
 SPREAD = 1 / 3  # radius of the disc in widths of the pixel filter, 0.5 px of 1.5
@@ -61,11 +63,12 @@ def plane_in_place(made):
 def open_lens(data, made, filter_width):
     """Gives a view's camera the tiny lens in place of the pixel filter.
 
-    data: bpy.types.Camera; made: rackfocus.Lens; filter_width: of the user's scene, px.
+    data: bpy.types.Camera without a focus object; made: rackfocus.Lens; filter_width: of the user's scene, px.
     """
     close = CLOSE * made.focus_distance
     radius = SPREAD * filter_width / made.focal_length_px * close / (1 - CLOSE)
     dof = data.dof
-    dof.focus_object, dof.focus_distance = None, close
-    dof.aperture_fstop = data.lens * 1e-3 / (2 * radius)
-    dof.aperture_blades, dof.aperture_ratio = 0, 1
+    set_if_other(dof, "focus_distance", close)
+    set_if_other(dof, "aperture_fstop", data.lens * 1e-3 / (2 * radius))
+    set_if_other(dof, "aperture_blades", 0)
+    set_if_other(dof, "aperture_ratio", 1)

@@ -12,6 +12,7 @@ import json
 import bpy
 
 from . import asleep, compat, freestyle, group, mirrors, sharp
+from .writing import set_if_other
 
 ENGINE = "RACK_FOCUS"
 NODE_LABEL = "Rack Focus"
@@ -522,13 +523,8 @@ MOST_OF_NAME = 48  # characters; Blender cuts names at 63 bytes and may add .001
 VIEW_SETTINGS = ("name", "use", "camera_suffix", "file_suffix")
 
 
-def _set_if_other(target, name, value):
-    if getattr(target, name) != value:
-        setattr(target, name, value)
-
-
 def _sync_cameras(scene, ours):
-    _set_if_other(ours, "camera", scene.camera)
+    set_if_other(ours, "camera", scene.camera)
     bound = [(m.frame, m.camera) for m in scene.timeline_markers if m.camera]
     if [(m.frame, m.camera) for m in ours.timeline_markers] == bound:
         return
@@ -545,7 +541,7 @@ def _sync_views(source, target):
         if index >= len(target.views):
             target.views.new(view.name)
         for name in VIEW_SETTINGS:
-            _set_if_other(target.views[index], name, getattr(view, name))
+            set_if_other(target.views[index], name, getattr(view, name))
 
 
 def _need_depth(scene):
@@ -566,9 +562,9 @@ def _sync_layers(scene, ours):
     while len(ours.view_layers) > len(scene.view_layers):
         ours.view_layers.remove(ours.view_layers[-1])
     for source, target in zip(scene.view_layers, ours.view_layers, strict=True):
-        _set_if_other(target, "name", source.name)
-        _set_if_other(target, "use", source.use)
-        _set_if_other(target, "use_pass_z", False)
+        set_if_other(target, "name", source.name)
+        set_if_other(target, "use", source.use)
+        set_if_other(target, "use_pass_z", False)
 
 
 def _sync_lenses(scene, ours):
@@ -587,14 +583,14 @@ def sync(scene):
     if ours is None:
         return
     for name in RENDER_SETTINGS:
-        _set_if_other(ours.render, name, getattr(scene.render, name))
+        set_if_other(ours.render, name, getattr(scene.render, name))
     _sync_views(scene.render, ours.render)
     _sync_cameras(scene, ours)
     _sync_layers(scene, ours)
     _sync_lenses(scene, ours)
     _need_depth(scene)
-    _set_if_other(ours.render, "use_compositing", False)
-    _set_if_other(ours.render, "use_sequencer", False)
+    set_if_other(ours.render, "use_compositing", False)
+    set_if_other(ours.render, "use_sequencer", False)
     name = f"{scene.name} {NODE_LABEL}"
     if not ours.name.startswith(name[:MOST_OF_NAME]):
         ours.name = name

@@ -35,6 +35,7 @@ from . import (
     supersample,
 )
 from .library import rackfocus
+from .writing import set_if_other
 
 METHODS = ("layered", "views", "accumulate")  # those that take several views
 MOST_MERGED = 64
@@ -297,6 +298,7 @@ def _add_cameras(scene, copy, indices):
         data = scene.camera.data.copy()
         data.animation_data_clear()
         data.dof.use_dof = False
+        data.dof.focus_object = None  # sampling.py sets a distance
         camera = bpy.data.objects.new(base + _suffix(index), data)
         camera[MARK] = index
         copy.collection.objects.link(camera)
@@ -424,14 +426,14 @@ def _prepare_copy(session, copy, index):
     for number, view in enumerate(copy.render.views):
         view.use = number < n_cameras or number < 2  # Blender wants two
     if n_cameras < 2:
-        copy.camera = session.camera
+        set_if_other(copy, "camera", session.camera)
         return
     names = session.camera_names
     for name in [names[index]] if session.is_sequence else names:
         camera = bpy.data.objects[name]
         if camera.parent != session.camera:
             camera.parent = session.camera
-    copy.camera = bpy.data.objects[names[index]]
+    set_if_other(copy, "camera", bpy.data.objects[names[index]])
 
 
 def samples_of_view(whole, n, each, scale=1):
@@ -505,7 +507,6 @@ def follow(scene, depsgraph):
         return
     if scene.name not in session.copy_names:  # that of its own lens, Freestyle's
         return
-    settings = session.camera.data.rack_focus
     n, n_parts = session.n_views, session.frame_scale**2
     if n * n_parts < 2:
         return
@@ -527,16 +528,15 @@ def follow(scene, depsgraph):
     plane = sampling.plane_in_place(made) if is_moved else made.focus_distance
     for number in [index] if session.is_sequence else range(n * n_parts):
         camera = bpy.data.objects[session.camera_names[number]]
-        place = _put(camera, seen, settings, made, plane, points[number // n_parts])
-        _set(camera.data.dof, "use_dof", is_moved)
-        if is_moved:
-            sampling.open_lens(camera.data, made, source.cycles.filter_width)
         part = number % n_parts
-        right, up = supersample.shift_of(
+        right_up = supersample.shift_of(
             seen.data, source.render, session.frame_scale, part
         )
-        camera.data.shift_x += right
-        camera.data.shift_y += up
+        point = points[number // n_parts]
+        place = _put(camera, seen, made, plane, point, right_up)
+        set_if_other(camera.data.dof, "use_dof", is_moved)
+        if is_moved:
+            sampling.open_lens(camera.data, made, source.cycles.filter_width)
         if part == 0:
             session.places.append(place)
 
@@ -553,20 +553,20 @@ def _points(camera, scene, n):
     return rackfocus.lens_points(n, frame=scene.frame_current, **params)
 
 
-def _put(camera, seen, settings, made, distance, point):
-    """Places one camera for a view; returns its passes.Place.
+def _put(camera, seen, made, distance, point, more):
+    """Places one camera for a view, a child of the user's; returns its passes.Place.
 
     seen: the user's camera, evaluated; made: its rackfocus.Lens; distance: of the plane
-    that stays in place.
+    that stays in place; more: shift (x, y) of the part of its pixels.
     """
     radius = made.lens_radius
     u, v = (float(np.float32(radius * part)) for part in point[:2])
-    data, own = camera.data, seen.data
+    data, own, settings = camera.data, seen.data, camera.parent.data.rack_focus
     for name in ("type", "lens", "ortho_scale", "sensor_width", "sensor_height"):
-        _set(data, name, getattr(own, name))
+        set_if_other(data, name, getattr(own, name))
     for name in ("sensor_fit", "clip_start", "clip_end"):
-        _set(data, name, getattr(own, name))
-    shift, factor = Vector((own.shift_x, own.shift_y)), 1.0
+        set_if_other(data, name, getattr(own, name))
+    shift, factor = Vector((own.shift_x, own.shift_y)) + Vector(more), 1.0
     move = Matrix.Translation((u, v, 0))
     is_look_at = settings.method == "accumulate" and settings.camera_move == "look_at"
     if is_look_at:
@@ -577,11 +577,12 @@ def _put(camera, seen, settings, made, distance, point):
     else:
         side = own.sensor_height if own.sensor_fit == "VERTICAL" else own.sensor_width
         shift -= Vector((u, v)) * (own.lens / (distance * side))
-    _set(data, "shift_x", shift.x)
-    _set(data, "shift_y", shift.y)
+    set_if_other(data, "shift_x", shift.x)
+    set_if_other(data, "shift_y", shift.y)
     # The scale of the user's camera counts for nothing.
     lengths = [column.length for column in seen.matrix_world.to_3x3().col]
-    camera.matrix_parent_inverse = Matrix.Diagonal((*lengths, 1)).inverted() @ move
+    inverse = Matrix.Diagonal((*lengths, 1)).inverted() @ move
+    set_if_other(camera, "matrix_parent_inverse", inverse)
     return passes.Place((u, v), 0.0 if is_look_at else distance, factor, point[2])
 
 
@@ -590,11 +591,6 @@ def _turn_towards(back):
     z = back.normalized()
     x = Vector((0, 1, 0)).cross(z).normalized()
     return Matrix((x, z.cross(x), z)).transposed().to_4x4()
-
-
-def _set(target, name, value):
-    if getattr(target, name) != value:
-        setattr(target, name, value)
 
 
 # ---- after the views are rendered --------------------------------------------------

@@ -75,4 +75,23 @@ def a_view_of_one_sample_has_smooth_edges():
     assert scores["views"] > scores["accumulate"] + 1, scores
 
 
+@check
+def no_view_of_few_samples_is_empty_with_motion_blur():
+    """What was written in each evaluation left some empty, 4.2 to 5.0; animated too."""
+    scene, data = start(views=4)
+    scene.render.use_motion_blur, scene.cycles.samples = True, 16
+    target = bpy.data.objects.new("target", None)
+    scene.collection.objects.link(target)
+    for focus in (None, target):
+        data.dof.focus_object = focus
+        for frame, y in ((0, 2), (4, 4)) if focus else ():
+            target.location.y = y
+            target.keyframe_insert("location", frame=frame)
+        for _ in range(3):
+            bpy.ops.render.render()
+            assert not last_message(scene), last_message(scene)
+            alphas = [float(layer.colour[..., 3].min()) for layer, _ in kept(scene)]
+            assert len(alphas) == 4 and min(alphas) > 0.99, (focus, alphas)
+
+
 checking.run(check, "sampling_results.json")
