@@ -67,7 +67,7 @@ def _prepare(scene):
     if setup.filter_scene_of(scene) is not None:
         for node in group.nodes_of(scene):
             group.make_ready(node.node_tree, *lens.picture_size(scene.render))
-        park.lead_past_muted(scene)
+        park.lead_past(scene)
         setup.need_source(scene)
         sharp.need_pass(scene)
         mirrors.need_passes(scene)
@@ -75,7 +75,8 @@ def _prepare(scene):
         reason = setup.why_not(scene)
         if reason:
             failures.note(scene, f"{reason}: the picture is not filtered")
-        views.begin(scene, finishing.samples_of(scene))
+        else:
+            views.begin(scene, finishing.samples_of(scene))
         setup.settle(scene)
 
 

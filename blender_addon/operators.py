@@ -22,6 +22,9 @@ def refocus(scene, call, own_samples=0):
     Where the nodes use the scene's own render as well, it is rendered again.
     own_samples: of a render with the camera's own lens, which comes before that.
     """
+    reason = setup.why_not(scene)
+    if reason:
+        raise passes.PassesError(f"{reason}: the picture cannot be filtered")
     if not setup.can_mute_sources(scene):
         return bpy.ops.render.render(call, scene=scene.name)
     keep_passes(scene)

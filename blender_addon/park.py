@@ -61,15 +61,16 @@ def _park_node(tree, scene, node, is_led_past):
     node[PARKED] = json.dumps(about)
 
 
-def lead_past_muted(scene):
-    """Links what follows muted nodes of ours to the scene's own, for a render.
+def lead_past(scene):
+    """Links what follows nodes of ours that are black to the scene's own, for a render.
 
-    Blender gives black for a muted Render Layers node. restore() undoes it.
+    Blender gives black for a muted Render Layers node, and for those of other scenes
+    with Render Single Layer. restore() undoes it.
     """
-    ours = setup.filter_scene_of(scene)
+    ours, is_black = setup.filter_scene_of(scene), scene.render.use_single_layer
     for tree in setup.all_trees_of(scene) if ours is not None else ():
         for node in setup.layer_nodes(tree, ours):
-            if node.mute and PARKED not in node:
+            if (is_black or node.mute) and PARKED not in node:
                 _park_node(tree, scene, node, True)
 
 

@@ -658,6 +658,11 @@ def why_not(scene):
     """Why the set-up of a scene has no effect, in the artist's words; "" if it has."""
     if not scene.render.use_compositing:
         return "Post Processing > Compositing is off"
+    if scene.render.use_single_layer:  # Blender then renders no scene of a node
+        return (
+            "View Layer > Render Single Layer is on: switch it off, and Use for "
+            "Rendering for other layers"
+        )
     tree, ours = compat.compositor_tree(scene), filter_scene_of(scene)
     if tree is None:
         return "the compositor is switched off"

@@ -214,6 +214,29 @@ def a_compositor_that_leads_past_us():
 
 
 @check
+def render_single_layer_shows_the_sharp_picture():
+    """Blender renders no scene of a node then; with several views neither, nor refocus."""
+    scene, data = start()
+    scene.render.use_single_layer = True
+    common.set_output(scene, OUT / "single.exr")
+    for n in (1, 4):
+        data.rack_focus.views, data.rack_focus.enabled = n, True
+        before = common.settings_of(scene)
+        made = rgba(render(scene, OUT / "single.exr"))
+        assert "Render Single Layer" in addon("failures").told[scene.name]
+        common.unchanged(scene, before)
+        try:
+            bpy.ops.rack_focus.refocus()
+            raise AssertionError("a refocus of nothing")
+        except RuntimeError as error:
+            assert "Render Single Layer" in str(error), error
+        data.rack_focus.enabled = False
+        same(made, rgba(render(scene, OUT / "single.exr")))
+    data.rack_focus.enabled, scene.render.use_single_layer = True, False
+    assert np.abs(rgba(render(scene, OUT / "single.exr")) - made).max() > 0.01
+
+
+@check
 def a_file_whose_filter_fails():
     """For the tests: a panorama cannot be filtered."""
     scene, data = start()
