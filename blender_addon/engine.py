@@ -56,6 +56,10 @@ class Problem(Exception):
     """The picture stays as it is; the message is for the user."""
 
 
+class MismatchError(Exception):
+    """The picture is there all the same; the message is for the user."""
+
+
 EXPECTED = (
     Problem,
     passes.PassesError,
@@ -112,8 +116,7 @@ def cut_out(found, render):
     if not render.use_border or render.use_crop_to_border:
         return found
     height, width = found.colour.shape[:2]
-    left, right = int(render.border_min_x * width), int(render.border_max_x * width)
-    low, high = int(render.border_min_y * height), int(render.border_max_y * height)
+    (left, right), (low, high) = lens.region_of(render, width, height)
     part = np.s_[height - high : height - low, left:right]
     depth = found.depth[part] if found.depth is not None else None
     mattes = tuple(
@@ -124,6 +127,15 @@ def cut_out(found, render):
     grainy = found.grainy[part] if found.grainy is not None else None
     lines = found.lines[part] if found.lines is not None else None
     return passes.Layer(found.colour[part], depth, mattes, seen, grainy, lines)
+
+
+def fitted(values, width, height):
+    """(height, width, n) of an array: its last row and column again, or without some."""
+    if values.shape[:2] == (height, width):
+        return values
+    missing = ((0, max(height - len(values), 0)), (0, max(width - values.shape[1], 0)))
+    padded = np.pad(values[:height, :width], (*missing, (0, 0)), "edge")
+    return np.ascontiguousarray(padded)
 
 
 def coc_picture(coc):
@@ -202,7 +214,7 @@ class RackFocusEngine(bpy.types.RenderEngine):
         """The message of an error in the artist's words."""
         if isinstance(error, rackfocus.CancelledError):
             return "stopped; the picture is not filtered"
-        if isinstance(error, keep.KeepError | denoising.DenoiserError):
+        if isinstance(error, keep.KeepError | denoising.DenoiserError | MismatchError):
             return str(error)
         if isinstance(error, EXPECTED):
             text = getattr(error, "message", "") or str(error) or "out of memory"
@@ -319,7 +331,7 @@ class RackFocusEngine(bpy.types.RenderEngine):
                 limit_px = limit_px and limit_px / scale
             problem = self._finish(frame, source, picture, limit_px, seconds)
             freestyle.draw(source, frame.layer, first.lines, picture[::-1])
-            self._write(frame, self._passes(picture, coc, depth, limit_px))
+            self._write(frame, scene, self._passes(picture, coc, depth, limit_px))
             seconds["write"] = time.perf_counter() - started
         if problem:
             raise problem
@@ -453,22 +465,28 @@ class RackFocusEngine(bpy.types.RenderEngine):
 
     # ---- results ------------------------------------------------------------------
 
-    def _write(self, frame, by_name):
+    def _write(self, frame, scene, by_name):
         """Hands passes, {name: (height, width, channels), rows upwards}, to Blender."""
         height, width = by_name["Combined"].shape[:2]
         for about in EXTRA_PASSES:
             if about[0] in by_name:
                 self.add_pass(*about[:3], layer=frame.layer)
-        result = self.begin_result(
-            0, 0, width, height, layer=frame.layer, view=frame.view
-        )
+        # Blender gives what there is of that.
+        whole = lens.picture_size(scene.render)
+        result = self.begin_result(0, 0, *whole, layer=frame.layer, view=frame.view)
+        real = result.resolution_x, result.resolution_y
         try:
             for name, values in by_name.items():
                 target = result.layers[0].passes.find_by_name(name, frame.view)
                 if target is not None:
-                    compat.set_rect(target, values)
+                    compat.set_rect(target, fitted(values, *real))
         finally:
             self.end_result(result)
+        if real != (width, height):
+            raise MismatchError(
+                f"the picture has {width} x {height} px, Blender's result {real[0]} x "
+                f"{real[1]}: its last row or column may be wrong"
+            )
 
 
 def register():

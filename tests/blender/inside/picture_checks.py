@@ -191,6 +191,65 @@ def border_crop_percentage():
     same(made, filtered(scene, rgba(sharp, "ViewLayer"), common.depth_of(sharp)))
 
 
+class Sizes(bpy.types.RenderEngine):
+    """For the tests: what Blender makes of the size of a render."""
+
+    bl_idname, bl_label, seen = "RACK_FOCUS_SIZES", "Sizes", []
+
+    def render(self, depsgraph):
+        """Asks for more than there is."""
+        result = self.begin_result(0, 0, 99999, 99999)
+        self.seen.append((result.resolution_x, result.resolution_y))
+        self.end_result(result)
+
+
+@check
+def sizes_are_rounded_as_blender_does():
+    """Percentages, and render regions at all hundredths."""
+    lens, scene = addon("lens"), bpy.context.scene
+    bpy.utils.register_class(Sizes)
+    render_, scene.render.engine = scene.render, Sizes.bl_idname
+
+    def size():
+        bpy.ops.render.render()
+        return Sizes.seen[-1]
+
+    render_.resolution_x, render_.resolution_y = 100, 300
+    for percentage in range(10, 101):
+        render_.resolution_percentage = percentage
+        assert size() == lens.picture_size(render_), percentage
+    render_.use_border = True
+    for whole in ((1920, 1080), (1000, 1000)):
+        render_.resolution_x, render_.resolution_y = whole
+        for i in range(1, 99):
+            render_.border_min_x, render_.border_max_x = i / 100, 1
+            render_.border_min_y, render_.border_max_y = 0, i / 100
+            found = tuple(b - a for a, b in lens.region_of(render_, *whole))
+            assert size() == found, (whole, i, found)
+    bpy.utils.unregister_class(Sizes)
+
+
+@check
+def a_size_that_is_not_blenders_costs_no_picture():
+    """What differs by a row or column is there, and the console says so."""
+    scene, _ = start()
+    scene.render.use_border = True
+    scene.render.border_min_x, scene.render.border_max_x = 0.25, 0.75
+    scene.render.border_min_y, scene.render.border_max_y = 0.25, 1.0
+    expected = rgba(render(scene, OUT / "b.exr"))
+    lens = addon("lens")
+    kept = lens.region_of
+    for right, high in ((53, 48), (55, 47)):
+        lens.region_of = lambda *_, r=right, h=high: ((18, r), (12, h))
+        try:
+            made = rgba(render(scene, OUT / "b.exr"))
+        finally:
+            lens.region_of = kept
+        assert "px" in last_message(scene), last_message(scene)
+        assert np.abs(made - expected)[:36, 18:54].mean() < 0.02
+        assert made[:36, 18:54, 3].min() > 0.3
+
+
 # ---- layers, views, scenes --------------------------------------------------------
 
 
