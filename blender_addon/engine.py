@@ -261,6 +261,7 @@ class RackFocusEngine(bpy.types.RenderEngine):
             refocusing.shown.pop(source.name, None)
         self.linked = setup.linked_outputs(source, depsgraph.view_layer.name)
         problem = None
+        self._note(source, views.note_of(source))
         try:
             views.collect(source)
         except Exception as error:

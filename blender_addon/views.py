@@ -28,6 +28,7 @@ from . import (
     freestyle,
     group,
     lens,
+    moving,
     passes,
     sampling,
     setup,
@@ -73,6 +74,7 @@ class Session:
         self.frame_scale = 1  # of the frame: 1 too where it cannot be filtered
         self.places = []  # of the frame's views
         self.problem = ""  # why they could not be placed
+        self.note = ""  # on the frame's views, for the user
         self.is_collected = False
 
     def copies(self):
@@ -141,6 +143,8 @@ def describe(settings, scene, n):
         lines.append(f"{MOST_MERGED} views at most can be merged")
     if is_one_by_one(settings):
         lines.append("The views are rendered one after another")
+    if moving.may_lose_shear(scene, settings.id_data):
+        lines.append("With Motion Blur, one view where this camera moves")
     if sharp.names_of(scene):
         lines.append("Objects are kept sharp with one view only")
     if n > LOUD_COUNT:
@@ -394,6 +398,10 @@ def prepare_frame(scene):
     session.frame_scale, is_noisy = session.scale, session.is_noisy
     if session.copy_names and lens.why_not(_at_frame(session.camera, scene)):
         session.n_views, session.frame_scale, is_noisy = 1, 1, False
+    session.note = ""
+    if session.n_views > 1:
+        session.note = moving.why_one_view(scene, session.camera)
+        session.n_views = 1 if session.note else session.n_views
     for index, copy in enumerate(session.copies()):
         supersample.prepare(copy, session.frame_scale)
         _prepare_copy(session, copy, index)
@@ -665,6 +673,12 @@ class ViewPasses:
     def views(self, name, *_):
         """[(passes.Layer, passes.Place)] of a view layer."""
         return [(self._layer(name, i), place) for i, place in enumerate(self.places)]
+
+
+def note_of(scene):
+    """What the user should know of the views of the frame, or ""."""
+    session = _sessions.get(scene.name)
+    return session.note if session is not None else ""
 
 
 def collect(scene):

@@ -778,4 +778,32 @@ def many_renders_with_views():
     assert not common.own_memory_folders()
 
 
+@check
+def an_orthographic_camera_that_moves_has_one_view_with_motion_blur():
+    """Cycles moves no sheared view: ghosts. A camera that stays has all of them."""
+    scene, data = start(views=4)
+    data.type, data.ortho_scale, data.dof.aperture_fstop = "ORTHO", 3, 5
+    scene.render.use_motion_blur = True
+    bpy.ops.render.render()
+    assert len(kept(scene)) == 4 and not last_message(scene), last_message(scene)
+    for frame, distance in ((0, 2.9), (4, 3.1)):
+        data.dof.focus_distance = distance
+        data.dof.keyframe_insert("focus_distance", frame=frame)
+    scene.frame_set(2)
+    before = settings_of(scene)
+    bpy.ops.render.render()
+    assert len(kept(scene)) == 1, len(kept(scene))
+    assert "Motion Blur" in last_message(scene), last_message(scene)
+    assert scene.frame_current == 2
+    unchanged(scene, before)
+    lines = addon("views").describe(data.rack_focus, scene, 4)
+    assert any("one view where this camera moves" in line for line in lines), lines
+    data.rack_focus.method, data.rack_focus.shutter_spread = "accumulate", True
+    bpy.ops.render.render()
+    assert len(kept(scene)) == 4 and not last_message(scene), last_message(scene)
+    scene.render.use_motion_blur, data.rack_focus.method = False, "views"
+    bpy.ops.render.render()
+    assert len(kept(scene)) == 4 and not last_message(scene), last_message(scene)
+
+
 checking.run(check, "view_results.json")
