@@ -5,7 +5,7 @@ import bpy
 import numpy as np
 from bpy.props import FloatProperty, IntProperty
 
-from . import engine, lens, passes, preferences
+from . import engine, lens, passes, preferences, sampling
 from .library import rackfocus
 from .operators import scene_of
 
@@ -76,6 +76,8 @@ class Renderer:
         render.use_compositing = render.use_sequencer = False
         render.use_border = render.use_multiview = False
         render.resolution_percentage = percentage
+        if render.engine == "CYCLES":
+            sampling.drop_offset(self.scene)
         for owner, name in (("cycles", "samples"), ("eevee", "taa_render_samples")):
             if hasattr(self.scene, owner):
                 setattr(getattr(self.scene, owner), name, samples)

@@ -87,7 +87,7 @@ def make_copy(scene, new_copy, samples):
             setattr(getattr(copy, owner), name, samples)
     if scene.render.engine == "CYCLES":
         copy.cycles.use_denoising = False
-        copy.cycles.seed = (scene.cycles.seed + OTHER_SEED) % 2**31
+        copy.cycles.seed = (copy.cycles.seed + OTHER_SEED) % 2**31
         copy.cycles.time_limit = 0
     for layer in copy.view_layers:
         if layer.samples:

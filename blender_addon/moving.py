@@ -10,6 +10,7 @@ import math
 
 from . import compat, lens, setup
 
+
 def may_lose_shear(scene, data):
     """Are views of a camera (its data) sheared in a render that cannot move that?"""
     settings, render = data.rack_focus, scene.render
@@ -30,7 +31,9 @@ def why_one_view(scene, camera):
     ours, start = setup.filter_scene_of(scene), compat.shutter_start(scene)
     middle, seen = scene.frame_current + scene.frame_subframe, []
     for part in (0, 0.5, 1, None):  # None: back to the frame
-        time = start + part * scene.render.motion_blur_shutter if part is not None else 0
+        time = (
+            start + part * scene.render.motion_blur_shutter if part is not None else 0
+        )
         frame = math.floor(middle + time)
         ours.frame_set(frame, subframe=middle + time - frame)
         now = camera.evaluated_get(ours.view_layers[0].depsgraph)

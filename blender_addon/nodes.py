@@ -18,6 +18,7 @@ from . import (
     preferences,
     setup,
     tap,
+    views,
 )
 from .library import rackfocus
 
@@ -126,6 +127,9 @@ def _given(scene, node, files):
     depth = passes.find_layer(exr.read_exr(path), layer).depth
     if depth is None:
         raise tap.TapError(f"view layer “{layer}” has no depth: link one")
+    reason = views.why_no_depth(scene, depth)
+    if reason:
+        raise tap.TapError(reason)
     return tapped, np.array(depth)
 
 

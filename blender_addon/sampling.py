@@ -19,6 +19,7 @@ the views between pixels. docs/notebook/rivals.md has the scores.
 
 from .writing import set_if_other
 
+OFFSET_SEED = 104729  # seeds apart of the views of one sample offset and the next
 FEW = 4  # samples of a view, at most
 OFF_FOCUS_PX = 1.5
 SPREAD = 1 / 3  # radius of the disc in widths of the pixel filter, 0.5 px of 1.5
@@ -39,6 +40,41 @@ def is_needed(scene, data, samples, scale):
         and 0 < samples <= FEW
         and scale == 1
     )
+
+
+def subset_of(scene):
+    """(offset, samples) of the part of its samples that a scene of Cycles renders.
+
+    From 4.5 on the offset counts where a subset is asked for.
+    """
+    cycles = scene.cycles
+    if not hasattr(cycles, "use_sample_subset"):
+        return cycles.sample_offset, cycles.samples
+    if not cycles.use_sample_subset:
+        return 0, cycles.samples
+    left = cycles.samples - cycles.sample_offset
+    return cycles.sample_offset, max(min(cycles.sample_subset_length, left), 1)
+
+
+def has_offset(scene):
+    """Does Cycles leave the first sample out, with which alone it writes depth?"""
+    return scene.render.engine == "CYCLES" and subset_of(scene)[0] > 0
+
+
+def seed_of(scene):
+    """The seed of copies of a scene, whose samples have no offset."""
+    return (scene.cycles.seed + OFFSET_SEED * subset_of(scene)[0]) % 2**31
+
+
+def drop_offset(copy):
+    """Lets a copy of a scene take as many first samples with another seed instead.
+
+    Renders with offsets that follow one another still have noise of their own.
+    """
+    ours, seed, samples = copy.cycles, seed_of(copy), subset_of(copy)[1]
+    ours.samples, ours.sample_offset, ours.seed = samples, 0, seed
+    if hasattr(ours, "use_sample_subset"):
+        ours.use_sample_subset = False
 
 
 def prepare(copy, scene, is_moved):

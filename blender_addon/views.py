@@ -162,6 +162,8 @@ def is_unfiltered(settings, scene):
 
 def samples_of(scene):
     """Samples per pixel of the scene's engine, or 0 where it has none."""
+    if scene.render.engine == "CYCLES":
+        return sampling.subset_of(scene)[1]
     owner, name = _samples_at(scene)
     return getattr(owner, name) if owner is not None else 0
 
@@ -204,12 +206,16 @@ def begin(scene, own_samples=0, is_refocus=False):
     most, scale = max((view_count(c.data.rack_focus) for c in cameras), default=1), 1
     if not is_refocus:
         scale = supersample.factor(scene)
-    has_copies = not is_refocus and not has_lines and (most > 1 or scale > 1)
+    is_shared = most > 1 or scale > 1
+    has_copies = is_shared or sampling.has_offset(scene)
+    has_copies = has_copies and not is_refocus and not has_lines
     if not has_copies and not own_samples:
         return
     is_sequence = any(is_one_by_one(c.data.rack_focus) for c in cameras)
     n_copies = most * scale**2 if is_sequence else 1
-    copies = [_make_copy(scene) for _ in range(n_copies if has_copies else 0)]
+    copies = [
+        _make_copy(scene, not is_shared) for _ in range(n_copies if has_copies else 0)
+    ]
     own = finishing.make_copy(scene, _make_copy, own_samples) if own_samples else None
     session = Session(scene, copies, own)
     session.is_noisy = bool(copies) and most > 1 and denoising.is_possible(scene)
@@ -228,6 +234,20 @@ def end(scene):
     """Puts everything back; for the main thread."""
     _sessions.pop(scene.name, None)
     clean_up()
+
+
+def why_no_depth(scene, depth):
+    """Why Cycles wrote no depth pass where no copy could render in a scene's place."""
+    has_no_copies = scene.render.use_multiview or group.nodes_of(scene)
+    if not sampling.has_offset(scene) or depth.min() < passes.NOTHING_HIT:
+        return ""
+    if not has_no_copies and not freestyle.is_drawn(scene):
+        return ""
+    return (
+        "Sampling > Sample Offset leaves out the first sample, with which alone Cycles "
+        "writes depth; with stereo, Freestyle's lines or Rack Focus nodes on pictures set "
+        "it to 0"
+    )
 
 
 def is_active(scene):
@@ -253,7 +273,7 @@ def clean_up():
 # ---- copies -----------------------------------------------------------------------
 
 
-def _make_copy(scene):
+def _make_copy(scene, has_all_passes=False):
     copy = scene.copy()
     copy.name = f"{scene.name} Rack Focus Views"
     state = copy.rack_focus
@@ -269,7 +289,9 @@ def _make_copy(scene):
     compat.drop_compositor(copy)
     if copy.sequence_editor is not None:
         copy.sequence_editor_clear()
-    uses_passes = not setup.can_mute_sources(scene)
+    if scene.render.engine == "CYCLES":
+        sampling.drop_offset(copy)
+    uses_passes = has_all_passes or not setup.can_mute_sources(scene)
     for layer in copy.view_layers:
         for name in layer.bl_rna.properties.keys():
             if name.startswith("use_pass_") and name not in PASSES and not uses_passes:
@@ -464,8 +486,7 @@ def _split_samples(scene, copy, index):
     n = session.n_views
     owner, name = _samples_at(copy)
     if owner is not None:
-        whole = getattr(_samples_at(scene)[0], name)
-        setattr(owner, name, samples_of_view(whole, n, each, scale))
+        setattr(owner, name, samples_of_view(samples_of(scene), n, each, scale))
     for layer, own in zip(copy.view_layers, scene.view_layers, strict=True):
         if own.samples:
             layer.samples = samples_of_view(own.samples, n, each, scale)
@@ -479,7 +500,7 @@ def _split_samples(scene, copy, index):
     ours.adaptive_threshold = min(own.adaptive_threshold * math.sqrt(parts), 1)
     ours.adaptive_min_samples = own.adaptive_min_samples // parts
     if len(session.copy_names) > 1:  # multi-view does this by itself
-        ours.seed = (own.seed + 1664525 * index) % 2**31
+        ours.seed = (sampling.seed_of(scene) + 1664525 * index) % 2**31
 
 
 def _is_moved(scene, session):

@@ -20,8 +20,11 @@ from common import (  # noqa: E402
     last_message,
     render,
     rgba,
+    set_output,
+    settings_of,
     start,
     tpsnr,
+    unchanged,
 )
 
 check = Checks()
@@ -92,6 +95,62 @@ def no_view_of_few_samples_is_empty_with_motion_blur():
             assert not last_message(scene), last_message(scene)
             alphas = [float(layer.colour[..., 3].min()) for layer, _ in kept(scene)]
             assert len(alphas) == 4 and min(alphas) > 0.99, (focus, alphas)
+
+
+def set_offset(scene, offset, length):
+    """Leaves the first samples out, and from 4.5 on what is beyond a length."""
+    scene.cycles.sample_offset = offset
+    if hasattr(scene.cycles, "use_sample_subset"):
+        scene.cycles.use_sample_subset = True
+        scene.cycles.sample_subset_length = length
+        scene.cycles.samples = 1024
+    else:
+        scene.cycles.samples = length
+
+
+@check
+def a_sample_offset_costs_no_depth():
+    """Cycles writes it with the first sample; noise is another for each offset."""
+    scene, data = start()
+    for n in (1, 4):
+        data.rack_focus.views = n
+        made = []
+        for offset in (0, 1, 65):
+            set_offset(scene, offset, 64)
+            set_output(scene, OUT / "o.exr")
+            before = settings_of(scene)
+            made.append(rgba(render(scene, OUT / "o.exr")))
+            assert not last_message(scene), last_message(scene)
+            unchanged(scene, before)
+            assert len(kept(scene)) == n
+            assert all(layer.depth.min() < 2 for layer, _ in kept(scene))
+        scores = [tpsnr(a, b) for a, b in ((made[0], made[1]), (made[1], made[2]))]
+        print("SAMPLE OFFSET", n, scores)
+        assert 35 < min(scores) and max(scores) < 70, scores
+
+
+@check
+def samples_of_a_subset_are_shared_out():
+    """4 views of a subset of 64 samples have 16 each."""
+    scene, _ = start(views=4)
+    set_offset(scene, 10, 64)
+    assert addon("views").samples_of(scene) == 64
+    with Watch(lambda: copy_of(scene).cycles.samples) as seen:
+        bpy.ops.render.render()
+    assert seen == [16], seen
+
+
+@check
+def where_a_sample_offset_leaves_no_depth_the_render_says_so():
+    """With stereo nothing renders in the place of the scene: the sharp picture."""
+    scene, _ = start()
+    scene.render.use_multiview = True
+    set_offset(scene, 2, 4)
+    bpy.ops.render.render()
+    assert "Sample Offset" in last_message(scene), last_message(scene)
+    scene.cycles.sample_offset = 0
+    bpy.ops.render.render()
+    assert not last_message(scene), last_message(scene)
 
 
 checking.run(check, "sampling_results.json")
