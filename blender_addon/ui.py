@@ -202,7 +202,10 @@ def describe_supersample(settings, scene):
     whole, each = views.samples_of(scene), settings.view_samples
     samples = views.samples_of_view(whole, n, each, scale)
     what = "sample" if samples == 1 else "samples"
-    return [f"{scale * width} × {scale * height} px, {samples} {what} each"]
+    lines = [f"{scale * width} × {scale * height} px, {samples} {what} each"]
+    if scene.render.use_motion_blur:
+        lines.append("With Motion Blur, what moves comes out better without")
+    return lines
 
 
 class LookPanel(InCamera):

@@ -174,6 +174,9 @@ def where_it_does_not_supersample():
     assert ui.describe_supersample(data.rack_focus, scene) == [
         "144 × 96 px, 4 samples each"
     ]
+    scene.render.use_motion_blur = True
+    assert "Motion Blur" in ui.describe_supersample(data.rack_focus, scene)[1]
+    scene.render.use_motion_blur = False
     scene.render.use_border = True
     assert "region" in ui.describe_supersample(data.rack_focus, scene)[0]
     assert supersample.factor(scene) == 1
