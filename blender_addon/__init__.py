@@ -11,6 +11,18 @@ bl_info = {
     "category": "Render",
 }
 
+import sys  # noqa: E402
+
+if (
+    "MODULES" in globals()
+):  # installed anew: of all modules Blender loads this one again
+    begin, ours = f"{__name__}.", dict(sys.modules)
+    for name in [n for n in ours if n.startswith(begin)]:
+        short = name.removeprefix(begin)
+        if not short.startswith("bundled"):  # a library is loaded once; see library.py
+            del sys.modules[name]
+            globals().pop(short, None)
+
 from . import (  # noqa: E402
     assets,
     compare,

@@ -67,13 +67,20 @@ def check_versions():
 
 
 def make_addon(path, package):
-    """The zip for Blender 3.4."""
+    """The zip for Blender 3.4.
+
+    With the folder in it Blender removes the installed one first; without, it writes
+    into the library that runs, and crashes. Windows forbids both, and half of the
+    files are better than none.
+    """
     files = {f"rack_focus/{name}": data for name, data in addon_files().items()}
     head = b"# SPDX-License-Identifier: GPL-3.0-or-later\n"
     files["rack_focus/bundled/__init__.py"] = head
     for name, data in package.items():
         if not name.endswith("__main__.py"):  # the add-on does without the command
             files[f"rack_focus/bundled/{name}"] = data
+    if not any(name.endswith(".pyd") for name in package):
+        files["rack_focus/"] = b""
     write_zip(path, files)
     print(path)
 

@@ -67,7 +67,7 @@ def lead_past(scene):
     Blender gives black for a muted Render Layers node, and for those of other scenes
     with Render Single Layer. restore() undoes it.
     """
-    ours, is_black = setup.filter_scene_of(scene), scene.render.use_single_layer
+    ours, is_black = setup.filter_scene_of(scene), setup.is_black(scene)
     for tree in setup.all_trees_of(scene) if ours is not None else ():
         for node in setup.layer_nodes(tree, ours):
             if (is_black or node.mute) and PARKED not in node:

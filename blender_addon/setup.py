@@ -11,7 +11,7 @@ import json
 
 import bpy
 
-from . import asleep, compat, freestyle, group, mirrors, sharp
+from . import asleep, compat, freestyle, group, library, mirrors, sharp
 from .writing import set_if_other
 
 ENGINE = "RACK_FOCUS"
@@ -654,8 +654,15 @@ def is_filtered(scene):
     return filter_scene_of(scene) is not None and not why_not(scene)
 
 
+def is_black(scene):
+    """Would all nodes of ours be black, or wrong, in a render?"""
+    return scene.render.use_single_layer or library.is_stale
+
+
 def why_not(scene):
     """Why the set-up of a scene has no effect, in the artist's words; "" if it has."""
+    if library.is_stale:
+        return library.RESTART
     if not scene.render.use_compositing:
         return "Post Processing > Compositing is off"
     if scene.render.use_single_layer:  # Blender then renders no scene of a node

@@ -62,13 +62,16 @@ def version():
 
 def write_zip(path, files, programs=()):
     """Writes {name in the zip: bytes} with fixed times and order; `programs` are names
-    of files that may be run."""
+    of files that may be run, names that end with / are folders."""
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
         for name in sorted(files):
             info = zipfile.ZipInfo(name)
             info.compress_type = zipfile.ZIP_DEFLATED
             info.create_system = 3  # modes are those of Unix
             info.external_attr = (0o100755 if name in programs else 0o100644) << 16
+            if name.endswith("/"):
+                info.compress_type = zipfile.ZIP_STORED
+                info.external_attr = 0o40755 << 16 | 0x10
             archive.writestr(info, files[name])
 
 

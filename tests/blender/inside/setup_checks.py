@@ -9,7 +9,7 @@ import bpy
 import common
 import numpy as np
 import round_trip
-from checking import BASE, OUT, Checks
+from checking import BASE, DIST, OUT, Checks
 from common import (
     addon,
     filtered,
@@ -586,3 +586,34 @@ def overhead_at_1080p():
             kept = best.setdefault(what, seconds)
             best[what] = min(kept, seconds, key=lambda s: s["overhead"])
     (OUT / "overhead.json").write_text(json.dumps(best))
+
+
+# ---- installing again -------------------------------------------------------------
+
+
+@check
+def a_library_that_is_not_the_installed_one_leaves_the_picture_sharp():
+    """Blender keeps the one that it has loaded until it is started again."""
+    scene, data = start()
+    data.dof.use_dof = False
+    sharp = rgba(pinhole(scene, OUT / "i.exr"), "ViewLayer")
+    addon("library").is_stale = True
+    made = rgba(render(scene, OUT / "i.exr"))
+    assert "restart" in addon("setup").why_not(scene)
+    assert "restart" in addon("failures").told[scene.name]
+    addon("library").is_stale = False
+    same(made, sharp)
+
+
+@check
+def installing_over_the_running_addon():
+    """3.4 wrote into the library that ran, and crashed with the next views."""
+    scene, _ = start(views=2)
+    expected = rgba(render(scene, OUT / "i.exr"))
+    old = addon("views")
+    common.install(DIST)
+    assert not addon("library").is_stale
+    bpy.ops.wm.open_mainfile(filepath=str(BASE))
+    scene, _ = start(views=2)
+    same(rgba(render(scene, OUT / "i.exr")), expected)
+    assert addon("views") is not old or common.IS_EXTENSION
