@@ -142,6 +142,7 @@ def on_frame_change_post(scene, depsgraph=None):
     if source is not None and setup.is_filtered(source):
         are_open = scene.rack_focus.is_own_lens
         write(setup.open_lenses, source, depsgraph, are_open)
+        write(setup.follow_drivers, source, depsgraph.scene_eval)
     if is_copy:
         task = functools.partial(views.follow, scene, depsgraph)
         main_thread.run_or_here(task, FRAME_S)

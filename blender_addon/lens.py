@@ -11,6 +11,7 @@ import math
 
 import numpy as np
 
+from . import driven
 from .compat import ORTHO_LENS_IS_AT_CLIP
 from .library import rackfocus
 
@@ -84,7 +85,7 @@ def why_not(camera):
             f"“{camera.name}” is of another type"
         )
     if focus_distance(camera) < NO_DISTANCE:
-        return (
+        return driven.why_invalid(camera) or (
             f"“{camera.name}” is focused on itself: set its focus distance, which is 0, "
             "or another focus object"
         )

@@ -11,7 +11,7 @@ import json
 
 import bpy
 
-from . import asleep, compat, freestyle, group, library, mirrors, sharp
+from . import asleep, compat, driven, freestyle, group, library, mirrors, sharp
 from .writing import set_if_other
 
 ENGINE = "RACK_FOCUS"
@@ -577,6 +577,16 @@ def _sync_lenses(scene, ours):
         ours.collection.objects.link(camera)
 
 
+def follow_drivers(scene, evaluated=None):
+    """Lets the filter scene have what drivers of the cameras read of their scene.
+
+    evaluated: the scene, or a copy of it, as a render evaluated it.
+    """
+    ours = filter_scene_of(scene)
+    if ours is not None:
+        driven.follow(cameras_of(scene), evaluated or scene, ours)
+
+
 def sync(scene):
     """Copies to the filter scene what it must have in common with its source."""
     ours = filter_scene_of(scene)
@@ -588,6 +598,7 @@ def sync(scene):
     _sync_cameras(scene, ours)
     _sync_layers(scene, ours)
     _sync_lenses(scene, ours)
+    follow_drivers(scene)
     _need_depth(scene)
     set_if_other(ours.render, "use_compositing", False)
     set_if_other(ours.render, "use_sequencer", False)

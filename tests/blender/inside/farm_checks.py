@@ -237,6 +237,47 @@ def render_single_layer_shows_the_sharp_picture():
 
 
 @check
+def drivers_that_read_the_active_scene():
+    """Our scene evaluates the camera too, and made them invalid for the artist's."""
+    scene, data = start()
+    curve = data.dof.driver_add("focus_distance")
+    curve.driver.type, curve.driver.expression = "SCRIPTED", "x"
+    variable = curve.driver.variables.new()
+    variable.name = "x"
+    if "CONTEXT_PROP" not in variable.bl_rna.properties["type"].enum_items:  # 3.4
+        return
+    variable.type = "CONTEXT_PROP"
+    variable.targets[0].data_path = '["far"]'
+    for frame, value in ((1, 2.0), (3, 6.0)):
+        scene["far"] = value
+        scene.keyframe_insert('["far"]', frame=frame)
+    curve.driver.is_valid = True
+    scene.frame_set(1)
+    engine, seen = addon("engine").RackFocusEngine, []
+    kept = engine._render_frame
+
+    def watched(self, frame, *more):
+        seen.append(round(frame.camera.data.dof.focus_distance, 3))
+        return kept(self, frame, *more)
+
+    engine._render_frame = watched
+    try:
+        common.set_output(scene, OUT / "driven_####.exr")
+        scene.frame_end = 3
+        for n in (1, 2):
+            data.rack_focus.views = n
+            bpy.ops.render.render(animation=True)
+            assert not last_message(scene), last_message(scene)
+            assert seen == [2, 4, 6] and curve.driver.is_valid, seen
+            seen.clear()
+    finally:
+        engine._render_frame = kept
+    variable.targets[0].data_path = '["nowhere"]'
+    bpy.ops.render.render()
+    assert "driver" in last_message(scene), last_message(scene)
+
+
+@check
 def a_file_whose_filter_fails():
     """For the tests: a panorama cannot be filtered."""
     scene, data = start()
