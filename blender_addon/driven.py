@@ -10,7 +10,9 @@ import re
 
 from .writing import set_if_other
 
-OWN = re.compile(r'\["((?:[^"\\]|\\.)+)"\]$')  # of a path that ends in a custom property
+OWN = re.compile(
+    r'\["((?:[^"\\]|\\.)+)"\]$'
+)  # of a path that ends in a custom property
 
 TIME = ("frame_current", "frame_float", "frame_subframe")  # Blender's to set
 

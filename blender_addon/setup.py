@@ -17,6 +17,7 @@ from .writing import set_if_other
 ENGINE = "RACK_FOCUS"
 NODE_LABEL = "Rack Focus"
 INSERTED = "rack_focus_inserted"  # of nodes that the tick put behind Denoise nodes
+BEFORE = "rack_focus_before"  # of our nodes: the Render Layers node they took over from
 CALLER_LABEL = "Rack Focus: runs the nodes"
 RECORD_VERSION = 2  # 1: nodes of a new tree might look at another scene; see heal()
 
@@ -187,6 +188,7 @@ def move_links(tree, source, target):
 def take_over(tree, source, node):
     """Puts `node` between a Render Layers node and what follows it."""
     put_below(tree, node, source)
+    node[BEFORE] = source.name
     for link in list(tree.links):
         name = link.from_socket.name
         if link.from_node == source and name in ("Image", "Alpha"):
@@ -328,9 +330,11 @@ def _remove_nodes(scene, record):
     for tree in trees_of(scene):
         _remove_inserted(tree)
         for one in with_groups(tree):
-            sources = {node.layer: node for node in layer_nodes(one, scene)}
+            sources = layer_nodes(one, scene)
             for node in layer_nodes(one, filter_scene_of(scene)):
-                source = sources.get(node.layer)
+                alike = [s for s in sources if s.layer == node.layer]
+                before = [s for s in alike if s.name == node.get(BEFORE)]
+                source = next(iter(before or alike), None)
                 if source is not None:
                     move_links(one, node, source)
                 one.nodes.remove(node)

@@ -323,6 +323,28 @@ def the_users_nodes_stay():
 
 
 @check
+def two_nodes_of_one_layer_get_their_own_links_back():
+    """With more than one, and with several views and a file in between."""
+    scene = bpy.context.scene
+    tree, _ = addon("compat").start_compositor(scene)
+    first = addon("setup").layer_nodes(tree, scene)[0]
+    second = addon("compat").new_layer_node(tree, scene)
+    second.layer = first.layer
+    flip, viewer = (tree.nodes.new(f"CompositorNode{n}") for n in ("Flip", "Viewer"))
+    tree.links.new(second.outputs["Image"], viewer.inputs[0])
+    tree.links.new(second.outputs["Alpha"], flip.inputs[0])
+    before = snapshot(scene)
+    start(views=2)
+    bpy.ops.render.render()
+    bpy.ops.wm.save_as_mainfile(filepath=str(OUT / "two.blend"))
+    bpy.ops.wm.open_mainfile(filepath=str(OUT / "two.blend"))
+    scene = bpy.context.scene
+    scene.camera.data.rack_focus.enabled = False
+    after = snapshot(scene)
+    assert after[1:] == before[1:], (before, after)
+
+
+@check
 def a_camera_from_a_library():
     """A linked camera, enabled in its own file: read, never changed for good."""
     scene, data = start(method="scatter")
