@@ -10,6 +10,7 @@ from . import printed
 HAS_NODE_GROUPS = bpy.app.version >= (5, 0, 0)  # the compositor is a node group
 HAS_MEDIA_TYPE = bpy.app.version >= (5, 0, 0)
 ORTHO_LENS_IS_AT_CLIP = bpy.app.version < (4, 2, 0)  # Cycles; measured on 3.4 and 4.2
+MUTED_STRIPS_COUNT = bpy.app.version < (4, 5, 0)  # measured: 3.4, 4.2; 4.5, 5.0
 HAS_FLAT_RECT = bpy.app.version >= (4, 0, 0)
 
 # "//" for the folder of the file; older Blenders take it from every path.

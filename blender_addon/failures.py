@@ -28,8 +28,8 @@ def is_strict():
     return preferences.get("is_strict", False)
 
 
-def say(scene, message):
-    """One line on stderr; in the background the exit code too."""
+def say(scene, message, is_failure=True):
+    """One line on stderr; in the background a failure is one for the exit code too."""
     global _is_exit_set
     text = " ".join(str(message).split())
     print(
@@ -37,7 +37,8 @@ def say(scene, message):
         file=sys.stderr,
         flush=True,
     )
-    if bpy.app.background and not _is_exit_set and is_strict():
+    is_counted = is_failure and bpy.app.background and not _is_exit_set
+    if is_counted and is_strict():
         _is_exit_set = True
         atexit.register(_leave)
 
@@ -49,7 +50,7 @@ def _leave():
     os._exit(EXIT_CODE)
 
 
-def note(scene, message):
-    """The same for a failure before the filter begins; the panel shows it too."""
+def note(scene, message, is_failure=True):
+    """The same before the filter begins; the panel shows it too."""
     told[scene.name] = str(message)
-    say(scene, message)
+    say(scene, message, is_failure)

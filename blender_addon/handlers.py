@@ -72,6 +72,9 @@ def _prepare(scene):
         sharp.need_pass(scene)
         mirrors.need_passes(scene)
         freestyle.need_pass(scene)
+        strips = setup.why_strips(scene)
+        if strips and len(engine.rendering) == 1:  # else it is a strip of another scene
+            failures.note(scene, strips, is_failure=False)
         reason = setup.why_not(scene)
         if reason:
             failures.note(scene, f"{reason}: the picture is not filtered")
@@ -189,6 +192,9 @@ def _mend():
     for scene in setup.user_scenes():
         setup.unmute_sources(scene)
         setup.heal(scene)
+        # A tick of a linked camera, by a script, is not in the file.
+        if setup.filter_scene_of(scene) is not None:
+            setup.refresh(scene)
     setup.remove_orphans()
 
 

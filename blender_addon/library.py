@@ -19,6 +19,9 @@ except ImportError:
 
 # A camera has all values at once; the panel shows those that count.
 warnings.simplefilter("ignore", rackfocus.UnreadParameterWarning)
+# Of files that others rendered: Cycles gives each view of ours a seed of its own, which
+# nobody can change, and textures on things near the lens look like that grain too.
+warnings.filterwarnings("ignore", "the grain of the views is alike", UserWarning)
 
 RESTART = "Rack Focus was installed anew while Blender ran: restart Blender"
 LOADED = "_rack_focus_loaded"  # of the library's module, which outlives the add-on's

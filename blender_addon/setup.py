@@ -694,6 +694,20 @@ def why_not(scene):
     return ""
 
 
+def why_strips(scene):
+    """Why F12 shows another picture than that of a scene that is set up, or ""."""
+    edit, render = scene.sequence_editor, scene.render
+    if edit is None or not render.use_sequencer:
+        return ""
+    strips = edit.strips if hasattr(edit, "strips") else edit.sequences
+    seen = [strip for strip in strips if strip.type != "SOUND"]
+    if not compat.MUTED_STRIPS_COUNT:
+        seen = [s for s in seen if not s.mute and not edit.channels[s.channel].mute]
+    if not seen:
+        return ""
+    return "Post Processing > Sequencer is on and has strips: F12 shows these, not the camera"
+
+
 def open_lenses(scene, depsgraph, are_open):
     """Switches the cameras' own depth of field on or off in what a render evaluated.
 

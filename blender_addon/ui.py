@@ -159,7 +159,7 @@ def draw_messages(layout, scene):
         layout.label(
             text="Compositing: your nodes, which were off, stay off", icon="INFO"
         )
-    reason = setup.why_not(scene)
+    reason = setup.why_strips(scene) or setup.why_not(scene)
     if reason:
         layout.label(text=reason[0].upper() + reason[1:], icon="ERROR")
 

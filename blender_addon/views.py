@@ -143,6 +143,9 @@ def describe(settings, scene, n):
         lines.append(f"{MOST_MERGED} views at most can be merged")
     if is_one_by_one(settings):
         lines.append("The views are rendered one after another")
+    if _has_window_texture(scene.world):
+        lines.append("The world's Window texture differs from view to view:")
+        lines.append("take one view, or Camera coordinates")
     if moving.may_lose_shear(scene, settings.id_data):
         lines.append("With Motion Blur, one view where this camera moves")
     if sharp.names_of(scene):
@@ -151,6 +154,15 @@ def describe(settings, scene, n):
         n_bytes = n * width * height * scale**2 * BYTES_PER_PIXEL
         lines.append(f"The views take {n_bytes / 1e9:.1f} GB")
     return lines
+
+
+def _has_window_texture(world):
+    """Has a world textures that lie in the picture, whichever way the camera looks?"""
+    tree = world.node_tree if world is not None else None
+    return any(
+        node.type == "TEX_COORD" and node.outputs["Window"].is_linked
+        for node in (tree.nodes if tree is not None else ())
+    )
 
 
 def is_unfiltered(settings, scene):

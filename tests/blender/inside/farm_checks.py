@@ -237,6 +237,52 @@ def render_single_layer_shows_the_sharp_picture():
 
 
 @check
+def strips_in_the_place_of_the_camera():
+    """Blender shows the strips: box and console say so; muted ones as Blender does."""
+    scene, data = start()
+    setup = addon("setup")
+    edit = scene.sequence_editor_create()
+    strips = edit.strips if hasattr(edit, "strips") else edit.sequences
+    assert not setup.why_strips(scene)
+    end = {"length": 9} if common.V >= (5, 0, 0) else {"frame_end": 9}
+    strip = strips.new_effect("c", "COLOR", 1, frame_start=1, **end)
+
+    def is_camera_shown():
+        made = rgba(render(scene, OUT / "strips.exr"))
+        return np.ptp(made[..., :3]) > 0
+
+    channel = edit.channels[strip.channel]
+    for is_muted, is_channel_muted in ((0, 0), (1, 0), (0, 1)):
+        strip.mute, channel.mute = bool(is_muted), bool(is_channel_muted)
+        is_shown = is_camera_shown()
+        assert bool(setup.why_strips(scene)) != is_shown, (is_muted, is_channel_muted)
+        assert ("strips" in addon("failures").told.get(scene.name, "")) != is_shown
+    strip.mute = channel.mute = scene.render.use_sequencer = False
+    assert is_camera_shown() and not setup.why_strips(scene)
+
+
+@check
+def a_linked_cameras_tick_by_a_script_leaves_nothing():
+    """It is not in the file, so neither is the set-up once that is opened again."""
+    start()
+    library = str(OUT / "ticked_library.blend")
+    bpy.context.scene.camera.data.rack_focus.enabled = False
+    bpy.ops.wm.save_as_mainfile(filepath=library)
+    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+    scene = bpy.context.scene
+    with bpy.data.libraries.load(library, link=True) as (_, wanted):
+        wanted.objects = ["Camera"]
+    scene.collection.objects.link(wanted.objects[0])
+    scene.camera = wanted.objects[0]
+    scene.camera.data.rack_focus.enabled = True
+    assert len(bpy.data.scenes) == 2
+    bpy.ops.wm.save_as_mainfile(filepath=str(OUT / "ticked.blend"))
+    bpy.ops.wm.open_mainfile(filepath=str(OUT / "ticked.blend"))
+    assert not bpy.context.scene.camera.data.rack_focus.enabled
+    assert len(bpy.data.scenes) == 1, list(bpy.data.scenes)
+
+
+@check
 def drivers_that_read_the_active_scene():
     """Our scene evaluates the camera too, and made them invalid for the artist's."""
     scene, data = start()

@@ -779,6 +779,26 @@ def many_renders_with_views():
 
 
 @check
+def the_box_speaks_up_for_worlds_with_window_textures():
+    """They lie in the picture, and each view is another picture."""
+    scene, data = start(views=4)
+
+    def is_said():
+        lines = addon("views").describe(data.rack_focus, scene, 4)
+        return any("Window" in line for line in lines)
+
+    assert not is_said()
+    scene.world = scene.world or bpy.data.worlds.new("World")
+    scene.world.use_nodes = True
+    tree = scene.world.node_tree
+    background = next(n for n in tree.nodes if n.type == "BACKGROUND")
+    place = tree.nodes.new("ShaderNodeTexCoord")
+    assert not is_said()
+    tree.links.new(place.outputs["Window"], background.inputs["Color"])
+    assert is_said()
+
+
+@check
 def an_orthographic_camera_that_moves_has_one_view_with_motion_blur():
     """Cycles moves no sheared view: ghosts. A camera that stays has all of them."""
     scene, data = start(views=4)
