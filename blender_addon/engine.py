@@ -28,6 +28,7 @@ from . import (
     pictures,
     preferences,
     refocusing,
+    sampling,
     setup,
     sharp,
     supersample,
@@ -398,7 +399,7 @@ class RackFocusEngine(bpy.types.RenderEngine):
         if any(layer.depth is None for layer, _ in found):
             raise Problem(no_depth(frame.layer))
         source, render = scene.rack_focus.source.original, scene.render
-        reason = views.why_no_depth(source, found[0][0].depth)
+        reason = sampling.why_no_depth(source, found[0][0].depth)
         if reason:
             raise Problem(reason)
         found = [(with_some_depth(layer), place) for layer, place in found]

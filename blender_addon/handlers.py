@@ -12,6 +12,7 @@ import bpy
 from bpy.app.handlers import persistent
 
 from . import (
+    driven,
     engine,
     failures,
     finishing,
@@ -27,6 +28,7 @@ from . import (
     setup,
     sharp,
     shining,
+    strips,
     tap,
     views,
 )
@@ -72,9 +74,9 @@ def _prepare(scene):
         sharp.need_pass(scene)
         mirrors.need_passes(scene)
         freestyle.need_pass(scene)
-        strips = setup.why_strips(scene)
-        if strips and len(engine.rendering) == 1:  # else it is a strip of another scene
-            failures.note(scene, strips, is_failure=False)
+        shown = strips.why_shown(scene)
+        if shown and len(engine.rendering) == 1:  # else it is a strip of another scene
+            failures.note(scene, shown, is_failure=False)
         reason = setup.why_not(scene)
         if reason:
             failures.note(scene, f"{reason}: the picture is not filtered")
@@ -145,7 +147,8 @@ def on_frame_change_post(scene, depsgraph=None):
     if source is not None and setup.is_filtered(source):
         are_open = scene.rack_focus.is_own_lens
         write(setup.open_lenses, source, depsgraph, are_open)
-        write(setup.follow_drivers, source, depsgraph.scene_eval)
+        cameras, ours = setup.cameras_of(source), setup.filter_scene_of(source)
+        write(driven.follow, cameras, depsgraph.scene_eval, ours)
     if is_copy:
         task = functools.partial(views.follow, scene, depsgraph)
         main_thread.run_or_here(task, FRAME_S)
@@ -193,7 +196,8 @@ def _mend():
         setup.unmute_sources(scene)
         setup.heal(scene)
         # A tick of a linked camera, by a script, is not in the file.
-        if setup.filter_scene_of(scene) is not None:
+        is_known = not any(getattr(o, "is_missing", False) for o in bpy.data.libraries)
+        if is_known and setup.filter_scene_of(scene) is not None:
             setup.refresh(scene)
     setup.remove_orphans()
 

@@ -16,9 +16,9 @@ from . import (
     main_thread,
     passes,
     preferences,
+    sampling,
     setup,
     tap,
-    views,
 )
 from .library import rackfocus
 
@@ -127,7 +127,7 @@ def _given(scene, node, files):
     depth = passes.find_layer(exr.read_exr(path), layer).depth
     if depth is None:
         raise tap.TapError(f"view layer “{layer}” has no depth: link one")
-    reason = views.why_no_depth(scene, depth)
+    reason = sampling.why_no_depth(scene, depth)
     if reason:
         raise tap.TapError(reason)
     return tapped, np.array(depth)

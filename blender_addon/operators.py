@@ -60,7 +60,7 @@ def refocus_later(scene_name):
         return 0.05
     scene = bpy.data.scenes.get(scene_name)
     windows = bpy.context.window_manager.windows
-    if scene is not None and len(windows):
+    if scene is not None and len(windows) and not setup.why_not(scene):
         with bpy.context.temp_override(window=windows[0]):
             refocus(scene, "INVOKE_DEFAULT")
     return None

@@ -11,7 +11,7 @@ import json
 
 import bpy
 
-from . import compat, group, preferences, setup
+from . import compat, group, library, preferences, setup
 
 PARKED = "rack_focus_parked"  # of our nodes: what restore() needs, as JSON
 STAND_IN = "rack_focus_stand_in"  # of the scene's nodes that only a written file has
@@ -61,13 +61,18 @@ def _park_node(tree, scene, node, is_led_past):
     node[PARKED] = json.dumps(about)
 
 
+def _is_black(scene):
+    """Would all nodes of ours be black, or wrong, in a render?"""
+    return scene.render.use_single_layer or library.is_stale
+
+
 def lead_past(scene):
     """Links what follows nodes of ours that are black to the scene's own, for a render.
 
     Blender gives black for a muted Render Layers node, and for those of other scenes
     with Render Single Layer. restore() undoes it.
     """
-    ours, is_black = setup.filter_scene_of(scene), setup.is_black(scene)
+    ours, is_black = setup.filter_scene_of(scene), _is_black(scene)
     for tree in setup.all_trees_of(scene) if ours is not None else ():
         for node in setup.layer_nodes(tree, ours):
             if (is_black or node.mute) and PARKED not in node:

@@ -17,6 +17,7 @@ The variance of a disc of radius r is r^2 / 4 on each axis; merging adds that of
 the views between pixels. docs/notebook/rivals.md has the scores.
 """
 
+from . import freestyle, group, passes
 from .writing import set_if_other
 
 OFFSET_SEED = 104729  # seeds apart of the views of one sample offset and the next
@@ -75,6 +76,20 @@ def drop_offset(copy):
     ours.samples, ours.sample_offset, ours.seed = samples, 0, seed
     if hasattr(ours, "use_sample_subset"):
         ours.use_sample_subset = False
+
+
+def why_no_depth(scene, depth):
+    """Why Cycles wrote no depth pass where no copy could render in a scene's place."""
+    has_no_copies = scene.render.use_multiview or group.nodes_of(scene)
+    if not has_offset(scene) or depth.min() < passes.NOTHING_HIT:
+        return ""
+    if not has_no_copies and not freestyle.is_drawn(scene):
+        return ""
+    return (
+        "Sampling > Sample Offset leaves out the first sample, with which alone Cycles "
+        "writes depth; with stereo, Freestyle's lines or Rack Focus nodes on pictures set "
+        "it to 0"
+    )
 
 
 def prepare(copy, scene, is_moved):

@@ -581,16 +581,6 @@ def _sync_lenses(scene, ours):
         ours.collection.objects.link(camera)
 
 
-def follow_drivers(scene, evaluated=None):
-    """Lets the filter scene have what drivers of the cameras read of their scene.
-
-    evaluated: the scene, or a copy of it, as a render evaluated it.
-    """
-    ours = filter_scene_of(scene)
-    if ours is not None:
-        driven.follow(cameras_of(scene), evaluated or scene, ours)
-
-
 def sync(scene):
     """Copies to the filter scene what it must have in common with its source."""
     ours = filter_scene_of(scene)
@@ -602,7 +592,7 @@ def sync(scene):
     _sync_cameras(scene, ours)
     _sync_layers(scene, ours)
     _sync_lenses(scene, ours)
-    follow_drivers(scene)
+    driven.follow(cameras_of(scene), scene, ours)
     _need_depth(scene)
     set_if_other(ours.render, "use_compositing", False)
     set_if_other(ours.render, "use_sequencer", False)
@@ -669,11 +659,6 @@ def is_filtered(scene):
     return filter_scene_of(scene) is not None and not why_not(scene)
 
 
-def is_black(scene):
-    """Would all nodes of ours be black, or wrong, in a render?"""
-    return scene.render.use_single_layer or library.is_stale
-
-
 def why_not(scene):
     """Why the set-up of a scene has no effect, in the artist's words; "" if it has."""
     if library.is_stale:
@@ -692,20 +677,6 @@ def why_not(scene):
     if all(node.mute for node in nodes):
         return "the compositor has no active Rack Focus node"
     return ""
-
-
-def why_strips(scene):
-    """Why F12 shows another picture than that of a scene that is set up, or ""."""
-    edit, render = scene.sequence_editor, scene.render
-    if edit is None or not render.use_sequencer:
-        return ""
-    strips = edit.strips if hasattr(edit, "strips") else edit.sequences
-    seen = [strip for strip in strips if strip.type != "SOUND"]
-    if not compat.MUTED_STRIPS_COUNT:
-        seen = [s for s in seen if not s.mute and not edit.channels[s.channel].mute]
-    if not seen:
-        return ""
-    return "Post Processing > Sequencer is on and has strips: F12 shows these, not the camera"
 
 
 def open_lenses(scene, depsgraph, are_open):

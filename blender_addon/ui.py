@@ -15,6 +15,7 @@ from . import (
     refocusing,
     setup,
     shining,
+    strips,
     supersample,
     views,
     words,
@@ -159,7 +160,7 @@ def draw_messages(layout, scene):
         layout.label(
             text="Compositing: your nodes, which were off, stay off", icon="INFO"
         )
-    reason = setup.why_strips(scene) or setup.why_not(scene)
+    reason = strips.why_shown(scene) or setup.why_not(scene)
     if reason:
         layout.label(text=reason[0].upper() + reason[1:], icon="ERROR")
 

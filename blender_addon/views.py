@@ -248,20 +248,6 @@ def end(scene):
     clean_up()
 
 
-def why_no_depth(scene, depth):
-    """Why Cycles wrote no depth pass where no copy could render in a scene's place."""
-    has_no_copies = scene.render.use_multiview or group.nodes_of(scene)
-    if not sampling.has_offset(scene) or depth.min() < passes.NOTHING_HIT:
-        return ""
-    if not has_no_copies and not freestyle.is_drawn(scene):
-        return ""
-    return (
-        "Sampling > Sample Offset leaves out the first sample, with which alone Cycles "
-        "writes depth; with stereo, Freestyle's lines or Rack Focus nodes on pictures set "
-        "it to 0"
-    )
-
-
 def is_active(scene):
     """Is the scene being rendered in views?"""
     return scene.name in _sessions

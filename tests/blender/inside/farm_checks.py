@@ -240,12 +240,12 @@ def render_single_layer_shows_the_sharp_picture():
 def strips_in_the_place_of_the_camera():
     """Blender shows the strips: box and console say so; muted ones as Blender does."""
     scene, data = start()
-    setup = addon("setup")
+    why_shown = addon("strips").why_shown
     edit = scene.sequence_editor_create()
-    strips = edit.strips if hasattr(edit, "strips") else edit.sequences
-    assert not setup.why_strips(scene)
+    of_edit = edit.strips if hasattr(edit, "strips") else edit.sequences
+    assert not why_shown(scene)
     end = {"length": 9} if common.V >= (5, 0, 0) else {"frame_end": 9}
-    strip = strips.new_effect("c", "COLOR", 1, frame_start=1, **end)
+    strip = of_edit.new_effect("c", "COLOR", 1, frame_start=1, **end)
 
     def is_camera_shown():
         made = rgba(render(scene, OUT / "strips.exr"))
@@ -255,10 +255,10 @@ def strips_in_the_place_of_the_camera():
     for is_muted, is_channel_muted in ((0, 0), (1, 0), (0, 1)):
         strip.mute, channel.mute = bool(is_muted), bool(is_channel_muted)
         is_shown = is_camera_shown()
-        assert bool(setup.why_strips(scene)) != is_shown, (is_muted, is_channel_muted)
+        assert bool(why_shown(scene)) != is_shown, (is_muted, is_channel_muted)
         assert ("strips" in addon("failures").told.get(scene.name, "")) != is_shown
     strip.mute = channel.mute = scene.render.use_sequencer = False
-    assert is_camera_shown() and not setup.why_strips(scene)
+    assert is_camera_shown() and not why_shown(scene)
 
 
 @check
