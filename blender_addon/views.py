@@ -73,6 +73,7 @@ class Session:
         self.n_views = 1  # of the frame
         self.frame_scale = 1  # of the frame: 1 too where it cannot be filtered
         self.places = []  # of the frame's views
+        self.placed = set()  # names of cameras that were put in their places for it
         self.problem = ""  # why they could not be placed
         self.note = ""  # on the frame's views, for the user
         self.is_collected = False
@@ -413,7 +414,7 @@ def prepare_frame(scene):
     session.camera = camera_at(scene, scene.frame_current)
     if session.own_name:
         finishing.prepare_copy(scene, session.own(), session.camera)
-    session.places = []
+    session.places, session.placed = [], set()
     session.n_views = view_count(session.camera.data.rack_focus)
     session.frame_scale, is_noisy = session.scale, session.is_noisy
     if session.copy_names and lens.why_not(_at_frame(session.camera, scene)):
@@ -560,7 +561,10 @@ def follow(scene, depsgraph):
             seen.data, source.render, session.frame_scale, part
         )
         point = points[number // n_parts]
-        place = _put(camera, seen, made, plane, point, right_up)
+        # 3.4 evaluates a new parent with the first write after it only.
+        is_first = camera.name not in session.placed
+        session.placed.add(camera.name)
+        place = _put(camera, seen, made, plane, (*point[:3], *right_up), is_first)
         set_if_other(camera.data.dof, "use_dof", is_moved)
         if is_moved:
             sampling.open_lens(camera.data, made, source.cycles.filter_width)
@@ -580,11 +584,12 @@ def _points(camera, scene, n):
     return rackfocus.lens_points(n, frame=scene.frame_current, **params)
 
 
-def _put(camera, seen, made, distance, point, more):
+def _put(camera, seen, made, distance, point, is_first):
     """Places one camera for a view, a child of the user's; returns its passes.Place.
 
     seen: the user's camera, evaluated; made: its rackfocus.Lens; distance: of the plane
-    that stays in place; more: shift (x, y) of the part of its pixels.
+    that stays in place; point: of the lens, (u, v, time), and (x, y) of the part of its
+    pixels, for the shift; is_first: in this frame.
     """
     radius = made.lens_radius
     u, v = (float(np.float32(radius * part)) for part in point[:2])
@@ -593,7 +598,7 @@ def _put(camera, seen, made, distance, point, more):
         set_if_other(data, name, getattr(own, name))
     for name in ("sensor_fit", "clip_start", "clip_end"):
         set_if_other(data, name, getattr(own, name))
-    shift, factor = Vector((own.shift_x, own.shift_y)) + Vector(more), 1.0
+    shift, factor = Vector((own.shift_x, own.shift_y)) + Vector(point[3:]), 1.0
     move = Matrix.Translation((u, v, 0))
     is_look_at = settings.method == "accumulate" and settings.camera_move == "look_at"
     if is_look_at:
@@ -609,7 +614,8 @@ def _put(camera, seen, made, distance, point, more):
     # The scale of the user's camera counts for nothing.
     lengths = [column.length for column in seen.matrix_world.to_3x3().col]
     inverse = Matrix.Diagonal((*lengths, 1)).inverted() @ move
-    set_if_other(camera, "matrix_parent_inverse", inverse)
+    if is_first or camera.matrix_parent_inverse != inverse:
+        camera.matrix_parent_inverse = inverse
     return passes.Place((u, v), 0.0 if is_look_at else distance, factor, point[2])
 
 
