@@ -83,21 +83,19 @@ static rf_result make_bokeh(struct rf_filter *f, const struct rf_image *distribu
     return result;
 }
 
-/* What a method cannot do with parameters that are right by themselves. */
-static rf_result check_method(const struct rf_params *params,
-                              const struct rf_image *distribution,
-                              struct rf_error *error)
+rf_result rf_params_check(const struct rf_params *params, struct rf_error *error)
 {
-    const struct rf_method_info *method = rf_method_find(params->method);
-    if (params->stage == RF_STAGE_LEVELS && method->has_blend &&
-        params->method != RF_METHOD_MIPMAP && params->method != RF_METHOD_MIPMAP_OFFSET)
+    struct rf_params full;
+    rf_result result = rf_params_check_ranges(params, error);
+    if (result != RF_OK)
+        return result;
+    rf_params_complete(&full, params);
+    if (full.stage == RF_STAGE_LEVELS && rf_method_find(full.method)->has_blend &&
+        full.method != RF_METHOD_MIPMAP && full.method != RF_METHOD_MIPMAP_OFFSET)
         return rf_fail(error, RF_ERROR_PARAMETER, "stage",
                        "the stage levels is of the methods mipmap and mipmap-offset: "
                        "the method %s has no levels of detail; set stage to result",
-                       method->name);
-    if (!distribution && params->aperture == RF_APERTURE_IMAGE && method->has_layers)
-        return rf_fail(error, RF_ERROR_PARAMETER, "aperture",
-                       "the aperture image needs its picture: none was given");
+                       rf_method_find(full.method)->name);
     return RF_OK;
 }
 
@@ -122,13 +120,14 @@ rf_result rf_filter_create_with(struct rf_filter **filter,
                        "a pointer is NULL");
     struct rf_lens lens;
     rf_result result = rf_lens_init(&lens, params, width, height, error);
-    if (result == RF_OK) {
-        struct rf_params full;
-        rf_params_complete(&full, params);
-        result = check_method(&full, distribution, error);
-    }
+    if (result == RF_OK)
+        result = rf_params_check(params, error);
     if (result != RF_OK)
         return result;
+    if (!distribution && params->aperture == RF_APERTURE_IMAGE &&
+        rf_method_find(params->method)->has_layers)
+        return rf_fail(error, RF_ERROR_PARAMETER, "aperture",
+                       "the aperture image needs its picture: none was given");
     struct rf_filter *f = rf_calloc(context, 1, sizeof *f);
     if (!f)
         return rf_fail_memory(error, 1, sizeof *f);

@@ -228,7 +228,7 @@ static rf_result check(const struct rf_params *params, int32_t n,
 {
     if (!points)
         return rf_fail(error, RF_ERROR_ARGUMENT, "points", "points is NULL");
-    rf_result result = rf_params_check(params, error);
+    rf_result result = rf_params_check_ranges(params, error);
     if (result != RF_OK)
         return result;
     if (n < 2 || n > RF_MAX_LENS_POINTS)

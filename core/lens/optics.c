@@ -143,7 +143,7 @@ static rf_result check_planes(const struct rf_params *p, struct rf_error *error)
 static rf_result resolve(struct rf_lens *lens, const struct rf_params *params,
                          int32_t width, int32_t height, struct rf_error *error)
 {
-    rf_result result = rf_params_check(params, error);
+    rf_result result = rf_params_check_ranges(params, error);
     if (result == RF_OK)
         result = rf_lens_check_size(width, height, error);
     if (result != RF_OK)

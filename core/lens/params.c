@@ -328,7 +328,7 @@ void rf_params_complete(struct rf_params *full, const struct rf_params *params)
     full->size = sizeof *full;
 }
 
-rf_result rf_params_check(const struct rf_params *params, struct rf_error *error)
+rf_result rf_params_check_ranges(const struct rf_params *params, struct rf_error *error)
 {
     const rf_result size_result = check_size(params, error);
     if (size_result != RF_OK)

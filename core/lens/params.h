@@ -8,6 +8,10 @@
 
 #include "rackfocus/rackfocus.h"
 
+/* rf_params_check(), but for what depends on the method. */
+rf_result rf_params_check_ranges(const struct rf_params *params,
+                                 struct rf_error *error);
+
 /*
  * Parameters of a caller that was built with an older header, and knows fewer of them,
  * with the defaults for the rest.

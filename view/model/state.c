@@ -32,7 +32,8 @@ static bool resolve(struct state *state, const struct settings *typed,
     if (!state->resolver.resolve(state->resolver.user, typed, &settings, &params,
                                  state->problem, sizeof(state->problem)))
         return false;
-    if (rf_lens_init(&lens, &params, state->width, state->height, &error) != RF_OK) {
+    if (rf_params_check(&params, &error) != RF_OK ||
+        rf_lens_init(&lens, &params, state->width, state->height, &error) != RF_OK) {
         snprintf(state->problem, sizeof(state->problem), "%s", error.message);
         return false;
     }
