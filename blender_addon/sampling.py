@@ -28,6 +28,31 @@ CLOSE = 0.01  # of the focus distance
 NO_FILTER = 0.01  # px, the least that Cycles takes
 
 
+def samples_of(scene):
+    """Samples per pixel of the scene's engine, or 0 where it has none."""
+    if scene.render.engine == "CYCLES":
+        return subset_of(scene)[1]
+    owner, name = samples_at(scene)
+    return getattr(owner, name) if owner is not None else 0
+
+
+def samples_at(scene):
+    engines = {"CYCLES": ("cycles", "samples")}
+    owner, name = engines.get(scene.render.engine, ("eevee", "taa_render_samples"))
+    owner = getattr(scene, owner, None)
+    return (owner, name) if hasattr(owner, name) else (None, "")
+
+
+def samples_of_view(whole, n, each, scale=1):
+    """Samples of a pixel of each of n views.
+
+    whole: of the scene; each: as set, 0: share out; scale: of a supersampled frame,
+    whose pixels are scale^2 as many.
+    """
+    samples = each if each and n > 1 else whole // n
+    return max(samples // scale**2, 1)
+
+
 def is_needed(scene, data, samples, scale):
     """Is a view of a scene moved within its pixels?
 

@@ -13,6 +13,7 @@ from . import (
     lens,
     mirrors,
     refocusing,
+    sampling,
     setup,
     shining,
     strips,
@@ -200,8 +201,8 @@ def describe_supersample(settings, scene):
         return ["The picture is not filtered: without Supersample"]
     scale, n = supersample.factor(scene), views.view_count(settings)
     width, height = lens.picture_size(scene.render)
-    whole, each = views.samples_of(scene), settings.view_samples
-    samples = views.samples_of_view(whole, n, each, scale)
+    whole, each = sampling.samples_of(scene), settings.view_samples
+    samples = sampling.samples_of_view(whole, n, each, scale)
     what = "sample" if samples == 1 else "samples"
     lines = [f"{scale * width} × {scale * height} px, {samples} {what} each"]
     if scene.render.use_motion_blur:

@@ -68,7 +68,7 @@ class Session:
         self.is_noisy = False  # are the views rendered with their grain?
         self.is_sequence = len(copies) > 1
         self.camera_names = []
-        self.samples = samples_of(scene)
+        self.samples = sampling.samples_of(scene)
         self.camera = None  # of the frame
         self.n_views = 1  # of the frame
         self.frame_scale = 1  # of the frame: 1 too where it cannot be filtered
@@ -128,9 +128,9 @@ def describe(settings, scene, n):
         return ["The picture is not filtered: one view is rendered"]
     width, height = lens.picture_size(scene.render)
     lines = []
-    samples, scale = samples_of(scene), supersample.factor(scene)
+    samples, scale = sampling.samples_of(scene), supersample.factor(scene)
     if samples:
-        each = samples_of_view(samples, n, settings.view_samples)
+        each = sampling.samples_of_view(samples, n, settings.view_samples)
         cost = f"{n * each / samples:.3g} × the time of one render"
         what = "sample" if each == 1 else "samples"
         lines.append(f"{n} views of {each} {what}: {cost}")
@@ -144,7 +144,7 @@ def describe(settings, scene, n):
         lines.append(f"{MOST_MERGED} views at most can be merged")
     if is_one_by_one(settings):
         lines.append("The views are rendered one after another")
-    if _has_window_texture(scene.world):
+    if lens.has_window_texture(scene.world):
         lines.append("The world's Window texture differs from view to view:")
         lines.append("take one view, or Camera coordinates")
     if moving.may_lose_shear(scene, settings.id_data):
@@ -157,35 +157,11 @@ def describe(settings, scene, n):
     return lines
 
 
-def _has_window_texture(world):
-    """Has a world textures that lie in the picture, whichever way the camera looks?"""
-    tree = world.node_tree if world is not None else None
-    return any(
-        node.type == "TEX_COORD" and node.outputs["Window"].is_linked
-        for node in (tree.nodes if tree is not None else ())
-    )
-
-
 def is_unfiltered(settings, scene):
     """Are they of the scene's camera, and it one that cannot be filtered?"""
     camera = scene.camera
     is_its = camera is not None and camera.data == settings.id_data
     return is_its and bool(lens.why_not(camera))
-
-
-def samples_of(scene):
-    """Samples per pixel of the scene's engine, or 0 where it has none."""
-    if scene.render.engine == "CYCLES":
-        return sampling.subset_of(scene)[1]
-    owner, name = _samples_at(scene)
-    return getattr(owner, name) if owner is not None else 0
-
-
-def _samples_at(scene):
-    engines = {"CYCLES": ("cycles", "samples")}
-    owner, name = engines.get(scene.render.engine, ("eevee", "taa_render_samples"))
-    owner = getattr(scene, owner, None)
-    return (owner, name) if hasattr(owner, name) else (None, "")
 
 
 def is_copy(scene):
@@ -465,16 +441,6 @@ def _prepare_copy(session, copy, index):
     set_if_other(copy, "camera", bpy.data.objects[names[index]])
 
 
-def samples_of_view(whole, n, each, scale=1):
-    """Samples of a pixel of each of n views.
-
-    whole: of the scene; each: as set, 0: share out; scale: of a supersampled frame,
-    whose pixels are scale^2 as many.
-    """
-    samples = each if each and n > 1 else whole // n
-    return max(samples // scale**2, 1)
-
-
 def _split_samples(scene, copy, index):
     """An n-th of the samples, of the time limit, n times the variance.
 
@@ -483,12 +449,16 @@ def _split_samples(scene, copy, index):
     session = _sessions[scene.name]
     each, scale = session.camera.data.rack_focus.view_samples, session.frame_scale
     n = session.n_views
-    owner, name = _samples_at(copy)
+    owner, name = sampling.samples_at(copy)
     if owner is not None:
-        setattr(owner, name, samples_of_view(samples_of(scene), n, each, scale))
+        setattr(
+            owner,
+            name,
+            sampling.samples_of_view(sampling.samples_of(scene), n, each, scale),
+        )
     for layer, own in zip(copy.view_layers, scene.view_layers, strict=True):
         if own.samples:
-            layer.samples = samples_of_view(own.samples, n, each, scale)
+            layer.samples = sampling.samples_of_view(own.samples, n, each, scale)
     if scene.render.engine != "CYCLES":
         return
     if scale == 1:
@@ -506,7 +476,7 @@ def _is_moved(scene, session):
     """Are the frame's views moved within their pixels? See sampling.py."""
     data, n, scale = session.camera.data, session.n_views, session.frame_scale
     each = data.rack_focus.view_samples
-    samples = samples_of_view(samples_of(scene), n, each, scale)
+    samples = sampling.samples_of_view(sampling.samples_of(scene), n, each, scale)
     return n > 1 and sampling.is_needed(scene, data, samples, scale)
 
 

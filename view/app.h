@@ -27,8 +27,8 @@
 #include "pixels/stats.h"
 #include "sources/picture.h"
 #include "thread.h"
-#include "work/stage.h"
-#include "work/worker.h"
+#include "filtering/stage.h"
+#include "filtering/worker.h"
 
 #define MAX_PATH 4096
 

@@ -13,7 +13,7 @@
 #include "sources/picture.h"
 #include "sources/views.h"
 #include "threads.h"
-#include "work/quick.h"
+#include "filtering/quick.h"
 
 /* ---- opening --------------------------------------------------------------------- */
 

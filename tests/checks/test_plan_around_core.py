@@ -17,7 +17,7 @@ ORDER = {
     "core": "base kernels lens input surfaces compose methods api".split(),
     "app": "common measure sources denoise filter sequence povray".split(),
     "cli": "console pages commands".split(),
-    "view": "model pixels work controls demo".split(),
+    "view": "model pixels filtering controls demo".split(),
 }
 # What C itself does not have, or has other meanings of elsewhere.
 SYSTEM = re.compile(

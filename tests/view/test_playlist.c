@@ -5,7 +5,7 @@
 #include <unistd.h>
 
 #include "testing.h"
-#include "work/stage.h"
+#include "filtering/stage.h"
 
 static char folder[64];
 

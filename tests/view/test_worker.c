@@ -7,7 +7,7 @@
 #include "clock.h"
 #include "pixels/display.h"
 #include "testing.h"
-#include "work/worker.h"
+#include "filtering/worker.h"
 
 static struct {
     pthread_mutex_t lock;

@@ -12,7 +12,7 @@
 
 #include "pixels/zoom.h"
 #include "sources/settings.h"
-#include "work/worker.h"
+#include "filtering/worker.h"
 
 /* Finds all parameters from what was typed, as struct stage or the demo does. */
 struct resolver {

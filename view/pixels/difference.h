@@ -3,7 +3,7 @@
 #ifndef VIEW_DIFFERENCE_H
 #define VIEW_DIFFERENCE_H
 
-#include "work/worker.h"
+#include "filtering/worker.h"
 
 /* The tone mapped error that has the brightest colour: HEAT_FULL_SCALE divided by the
  * gain of the job. */

@@ -5,7 +5,7 @@
 
 #include <stdbool.h>
 
-#include "work/worker.h"
+#include "filtering/worker.h"
 
 /* Signed, px, of every pixel of the job's input. */
 bool maps_radius(const struct rf_context *context, const struct job *job, float *radius,

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Checks of views of few samples, run inside Blender.
+"""Checks of views of few samples and of setups that views have to mind, run inside
+Blender.
 
 sampling_checks.py DIST OUT [CHECK ...]    writes OUT/sampling_results.json
 """
@@ -134,7 +135,7 @@ def samples_of_a_subset_are_shared_out():
     """4 views of a subset of 64 samples have 16 each."""
     scene, _ = start(views=4)
     set_offset(scene, 10, 64)
-    assert addon("views").samples_of(scene) == 64
+    assert addon("sampling").samples_of(scene) == 64
     with Watch(lambda: copy_of(scene).cycles.samples) as seen:
         bpy.ops.render.render()
     assert seen == [16], seen
@@ -151,6 +152,54 @@ def where_a_sample_offset_leaves_no_depth_the_render_says_so():
     scene.cycles.sample_offset = 0
     bpy.ops.render.render()
     assert not last_message(scene), last_message(scene)
+
+
+@check
+def the_box_speaks_up_for_worlds_with_window_textures():
+    """They lie in the picture, and each view is another picture."""
+    scene, data = start(views=4)
+
+    def is_said():
+        lines = addon("views").describe(data.rack_focus, scene, 4)
+        return any("Window" in line for line in lines)
+
+    assert not is_said()
+    scene.world = scene.world or bpy.data.worlds.new("World")
+    scene.world.use_nodes = True
+    tree = scene.world.node_tree
+    background = next(n for n in tree.nodes if n.type == "BACKGROUND")
+    place = tree.nodes.new("ShaderNodeTexCoord")
+    assert not is_said()
+    tree.links.new(place.outputs["Window"], background.inputs["Color"])
+    assert is_said()
+
+
+@check
+def an_orthographic_camera_that_moves_has_one_view_with_motion_blur():
+    """Cycles moves no sheared view: ghosts. A camera that stays has all of them."""
+    scene, data = start(views=4)
+    data.type, data.ortho_scale, data.dof.aperture_fstop = "ORTHO", 3, 5
+    scene.render.use_motion_blur = True
+    bpy.ops.render.render()
+    assert len(kept(scene)) == 4 and not last_message(scene), last_message(scene)
+    for frame, distance in ((0, 2.9), (4, 3.1)):
+        data.dof.focus_distance = distance
+        data.dof.keyframe_insert("focus_distance", frame=frame)
+    scene.frame_set(2)
+    before = settings_of(scene)
+    bpy.ops.render.render()
+    assert len(kept(scene)) == 1, len(kept(scene))
+    assert "Motion Blur" in last_message(scene), last_message(scene)
+    assert scene.frame_current == 2
+    unchanged(scene, before)
+    lines = addon("views").describe(data.rack_focus, scene, 4)
+    assert any("one view where this camera moves" in line for line in lines), lines
+    data.rack_focus.method, data.rack_focus.shutter_spread = "accumulate", True
+    bpy.ops.render.render()
+    assert len(kept(scene)) == 4 and not last_message(scene), last_message(scene)
+    scene.render.use_motion_blur, data.rack_focus.method = False, "views"
+    bpy.ops.render.render()
+    assert len(kept(scene)) == 4 and not last_message(scene), last_message(scene)
 
 
 checking.run(check, "sampling_results.json")

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "work/stage.h"
+#include "filtering/stage.h"
 
 #include <ctype.h>
 #include <stdarg.h>

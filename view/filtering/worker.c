@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "work/worker.h"
+#include "filtering/worker.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -11,8 +11,8 @@
 #include "pixels/lamps.h"
 #include "pixels/shrink.h"
 #include "sources/deep.h"
-#include "work/quick.h"
-#include "work/worker_parts.h"
+#include "filtering/quick.h"
+#include "filtering/worker_parts.h"
 
 enum {
     SETTLE_MS = 120, /* without anything new before the best picture is begun */

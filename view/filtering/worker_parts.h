@@ -5,7 +5,7 @@
 
 #include "pixels/display.h"
 #include "thread.h"
-#include "work/worker.h"
+#include "filtering/worker.h"
 
 enum { MAX_SAVES = 8 };
 

@@ -5,7 +5,7 @@
 
 #include <stdbool.h>
 
-#include "work/worker.h"
+#include "filtering/worker.h"
 
 /* Is the method itself quick enough to follow the mouse? */
 bool quick_is_preview(int32_t method);

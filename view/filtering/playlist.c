@@ -9,7 +9,7 @@
 #include "common/report.h"
 #include "file.h"
 #include "folder.h"
-#include "work/stage.h"
+#include "filtering/stage.h"
 
 static struct picture_files *add_picture(struct playlist *playlist,
                                          struct image_error *error)

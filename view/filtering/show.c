@@ -11,7 +11,7 @@
 #include "pixels/difference.h"
 #include "pixels/maps.h"
 #include "pixels/shrink.h"
-#include "work/worker_parts.h"
+#include "filtering/worker_parts.h"
 
 struct pixels *pixels_create(size_t n, int n_channels)
 {

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "work/quick.h"
+#include "filtering/quick.h"
 
 #include "pixels/input.h"
 
