@@ -94,6 +94,36 @@ static bool measure_block(const struct rf_backs *backs, int block_x, int block_y
     return lane_bits(is_rough) != 0;
 }
 
+/* The nearer of two radii where they are a step apart, else -INFINITY. */
+static inline vf near_side(vf a, vf b, vi is_pair)
+{
+    return choose(is_pair & differs(a, b, 2), vmin(a, b), SPLAT(-INFINITY));
+}
+
+static float nearest_step(const struct rf_backs *backs, int block_x, int block_y)
+{
+    enum { APART = 2 }; /* px; a mixed pixel may lie between */
+    int x0 = block_x * RF_HIDDEN_BLOCK, y0 = block_y * RF_HIDDEN_BLOCK;
+    int y1 = rf_min_int(y0 + RF_HIDDEN_BLOCK, backs->height);
+    const vi x = lane_numbers() + x0;
+    const vi is_inside = x < backs->width, has_right = x < backs->width - APART;
+    const size_t down = APART * backs->stride;
+    vf best = SPLAT(-INFINITY);
+    const float *row = backs->r + (size_t)y0 * backs->stride + x0;
+    for (int y = y0; y < y1; y++, row += backs->stride) {
+        vf r = LOAD(row);
+        if (x0 > 0)
+            best = vmax(near_side(r, LOAD(row - APART), is_inside), best);
+        if (x0 + APART < backs->width)
+            best = vmax(near_side(r, LOAD(row + APART), has_right), best);
+        if (y >= APART)
+            best = vmax(near_side(r, LOAD(row - down), is_inside), best);
+        if (y + APART < backs->height)
+            best = vmax(near_side(r, LOAD(row + down), is_inside), best);
+    }
+    return greatest_of(best);
+}
+
 /* Distance from the n pixels x, x + 1, .. to those of block b, in px. */
 static inline int gap_to_block(int x, int n, int b)
 {
@@ -510,22 +540,31 @@ static void average_window(const struct rf_surfaces *s, struct rf_hidden_window 
                            float brightest, float c[4])
 {
     enum { MOST = RF_HIDDEN_ROOM / LANES };
-    vf colour[MOST][4], luminance[MOST], log_sum = {0}, sum[4] = {{0}};
+    vf colour[MOST][4], luminance[MOST], log_sum = {0}, weight_sum = {0},
+                                         sum[4] = {{0}};
     for (int i = w->n; i % LANES; i++)
         w->index[i] = w->index[0];
     for (int i = 0; i < w->n; i += LANES) {
         vf *v = colour[i / LANES];
         const struct rf_surface *at[LANES];
-        for (int l = 0; l < LANES; l++)
+        vf part;
+        for (int l = 0; l < LANES; l++) {
             at[l] = rf_shown_at(s, (size_t)w->index[i + l]);
-        for (int k = 0; k < 4; k++)
-            v[k] = load_halves(at[k]->c, at[k + 4]->c);
+            part[l] = s->share[w->index[i + l]];
+        }
+        part = choose(part < SPLAT(1), SPLAT(1) - part, SPLAT(1));
+        const vf k = LOAD(w->weight + i) * part;
+        STORE(w->weight + i, k);
+        weight_sum += k;
+        for (int l = 0; l < 4; l++)
+            v[l] = load_halves(at[l]->c, at[l + 4]->c);
         turn_halves(v);
         vf l = luminance_of(v);
-        log_sum += LOAD(w->weight + i) * vlog(vmax(l, SPLAT(0)) + SPLAT(1e-3f));
+        log_sum += k * vlog(vmax(l, SPLAT(0)) + SPLAT(1e-3f));
         luminance[i / LANES] = l;
     }
-    vf limit = SPLAT(brightest * rf_expf(lane_sum(log_sum) / w->weight_sum));
+    const float weight = lane_sum(weight_sum);
+    vf limit = SPLAT(brightest * rf_expf(lane_sum(log_sum) / weight));
     for (int i = 0; i < w->n; i += LANES) {
         const vf *v = colour[i / LANES], l = luminance[i / LANES];
         vf k = LOAD(w->weight + i), dim = choose(l > limit, k * (limit / l), k);
@@ -536,5 +575,5 @@ static void average_window(const struct rf_surfaces *s, struct rf_hidden_window 
     /* One store: it is read as a whole soon, before it has left for the cache. */
     const vf_half mean = {lane_sum(sum[0]), lane_sum(sum[1]), lane_sum(sum[2]),
                           lane_sum(sum[3])};
-    *(vf_half *)c = mean * (1 / w->weight_sum);
+    *(vf_half *)c = mean * (1 / weight);
 }

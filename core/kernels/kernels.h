@@ -192,6 +192,11 @@ struct rf_kernels {
      */
     bool (*measure_block)(const struct rf_backs *backs, int block_x, int block_y,
                           float most_x, float most_y, float *highest, float *lowest);
+    /*
+     * Of all steps by more than 2 px of radius between pixels of a block and the second
+     * from them in their row or column: the greatest radius of a near side; -INFINITY.
+     */
+    float (*nearest_step)(const struct rf_backs *backs, int block_x, int block_y);
     /* v = log(max(v, 0) + 1/1000) for n floats, n a multiple of eight. */
     void (*log_row)(float *v, int n);
     /*

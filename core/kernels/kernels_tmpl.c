@@ -313,6 +313,7 @@ const struct rf_kernels RF_CONCAT(rf_kernels_, RF_LEVEL) = {
     .divide_add = divide_add,
     .divide_rgba = divide_rgba,
     .measure_block = measure_block,
+    .nearest_step = nearest_step,
     .log_row = log_row,
     .has_candidate = has_candidate,
     .quad_has_candidate = quad_has_candidate,

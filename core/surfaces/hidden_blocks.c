@@ -129,6 +129,8 @@ static void measure_block(struct rf_hidden_search *search, int bx, int by)
         SMOOTH / (float)search->extent[1], &b->highest, &lowest);
     b->lowest = rf_min_float(lowest, b->lowest);
     b->n_rough |= is_rough;
+    if (b->n_rough)
+        b->step = search->kernels->nearest_step(&search->backs, bx, by);
 }
 
 /* The highest radius of every area, and then of the areas around each. */
@@ -158,7 +160,7 @@ static void load_blocks(void *data, int64_t begin, int64_t end, int thread)
         int y1 = rf_min_int((by + 1) * RF_HIDDEN_BLOCK, search->s->height);
         for (int bx = 0; bx < search->n_x; bx++)
             search->blocks[by * search->n_x + bx] =
-                (struct rf_hidden_facts){.lowest = INFINITY};
+                (struct rf_hidden_facts){.lowest = INFINITY, .step = -INFINITY};
         for (int y = by * RF_HIDDEN_BLOCK; y < y1; y++)
             load_row(search, y, search->has_radii);
     }

@@ -11,6 +11,7 @@
 #include "kernels/data.h"
 #include "kernels/hidden_kernels.h"
 #include "kernels/kernels.h"
+#include "surfaces/hidden_lines.h"
 
 /* Blocks a side of an area: what a search reaches lies in it and those around. */
 enum { RF_HIDDEN_AREA = RF_HIDDEN_RINGS };
@@ -21,6 +22,7 @@ struct rf_estimates;
 struct rf_hidden_facts {
     float highest; /* radius of the usable surfaces; -INFINITY where there is none */
     float lowest;  /* radius of the near surfaces */
+    float step; /* radius of the near side of a step; -INFINITY where there is none */
     /*
      * Of the blocks above and to the left, with this one: how many are rough, that is
      * hold or touch an edge or a slope that could have candidates.
@@ -46,6 +48,7 @@ struct rf_hidden_search {
     float inv_x2, inv_y2; /* 1 / extent^2 */
     double extent[2];     /* half extent of the aperture in px per px of radius */
     float gap2[2][RF_HIDDEN_RINGS + 1]; /* along each axis, see gap2_of() in hidden.c */
+    struct rf_hidden_lines lines;
 };
 
 /* The surface that pixel i shows behind others; NULL where it is unreliable. */

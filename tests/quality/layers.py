@@ -2,11 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Random scenes of flat layers, one view against their lens, without any renderer.
 
-    tests/quality/layers.py FOLDER RACKFOCUS[,OTHER ..] [FIRST [END]]
+    tests/quality/layers.py [--edges] FOLDER RACKFOCUS[,OTHER ..] [FIRST [END]]
 
 needs numpy and OpenImageIO of Python. Each number is a scene: posts, discs, leaves,
 walls and frames before a background, textured, some slanted, some with lamps or as bright
-as a sky, at radii of -25 to 55 px. What every point of the lens sees of them is known, so
+as a sky, at radii of -25 to 55 px; with --edges posts before the straight edge of a wall,
+which stands before a sky or another wall. What every point of the lens sees of them is known, so
 the mean over 1600 points is the lens's picture, and the pinhole's depth is exact. Prints
 tPSNR in dB, 20 px and more within the border, of the sharp picture and of each program's.
 The scenes are kept in FOLDER (15 s each); so are sheets of what is worst: pinhole, lens,
@@ -114,6 +115,22 @@ def make_layers(rng):
     return layers
 
 
+def make_edges(rng):
+    """Posts, a wall with a straight edge behind them, and what is behind it."""
+    y, x = np.mgrid[: (HEIGHT + 2 * MARGIN) * FINE, : (WIDTH + 2 * MARGIN) * FINE]
+    x, y = x / FINE - MARGIN, y / FINE - MARGIN
+    post = rng.uniform(-25, 2)
+    wall = max(0, post + 3) if rng.random() < 0.3 else rng.uniform(post + 3, 12)
+    back = rng.uniform(max(wall + 3, 2), 35)
+    angle, width = rng.uniform(0, np.pi), rng.choice([5, 10, 15])
+    across = (x - WIDTH / 2) * np.cos(angle) + (y - HEIGHT / 2) * np.sin(angle)
+    masks = [np.abs(x % 60 - 30) < width / 2, across > 0, np.ones(x.shape, bool)]
+    return [
+        Layer(radius, (0, 0), colours(rng, x, y, radius == back), shape)
+        for radius, shape in zip((post, wall, back), masks, strict=True)
+    ]
+
+
 def seen(layers, u, v, dx, dy):
     """What the point (u, v) of the lens sees at (dx, dy) of each pixel, and its radius.
 
@@ -173,12 +190,12 @@ def read(path):
     return pixels
 
 
-def make_scene(folder, seed):
+def make_scene(folder, seed, make):
     """Files of the pinhole and of the lens, if they are not there."""
     files = folder / f"{seed}.exr", folder / f"{seed}_lens.exr"
     if not files[1].exists():
         rng = np.random.default_rng(seed)
-        layers = make_layers(rng)
+        layers = make(rng)
         colour, radius = pinhole(layers)
         depth = 1 / (1 / FOCUS - np.minimum(radius, FARTHEST) / SCALE)
         write(files[0], np.concatenate([colour, depth[..., None]], 2), "RGBZ")
@@ -196,27 +213,19 @@ def score(a, b):
 
 
 def main():
-    folder, commands = Path(sys.argv[1]), sys.argv[2].split(",")
-    first = int(sys.argv[3]) if len(sys.argv) > 3 else 0
-    end = int(sys.argv[4]) if len(sys.argv) > 4 else first + 20
+    arguments = [a for a in sys.argv[1:] if a != "--edges"]
+    make = make_layers if arguments == sys.argv[1:] else make_edges
+    folder, commands = Path(arguments[0]), arguments[1].split(",")
+    first = int(arguments[2]) if len(arguments) > 2 else 0
+    end = int(arguments[3]) if len(arguments) > 3 else first + 20
     folder.mkdir(parents=True, exist_ok=True)
     out, scores = folder / "out.exr", []
     for seed in range(first, end):
-        files = make_scene(folder, seed)
+        files = make_scene(folder, seed, make)
         sharp, lens, row = read(files[0]), read(files[1]), []
         for command in commands:
-            what = [
-                command,
-                "filter",
-                files[0],
-                "-o",
-                out,
-                "--type",
-                "float",
-                "-q",
-                *LENS,
-            ]
-            subprocess.run(what, check=True)
+            options = ["-o", out, "--type", "float", "-q", *LENS]
+            subprocess.run([command, "filter", files[0], *options], check=True)
             row.append(score(read(out), lens))
             if command == commands[0]:
                 mine = read(out)

@@ -10,6 +10,9 @@
 #include "surfaces/surfaces.h"
 #include "testing.h"
 
+#include <math.h>
+#include <string.h>
+
 enum { SIDE = 32, POST = 14, POST_END = 22, N = SIDE * SIDE, STRIDE = SIDE + 16 };
 
 static const float POST_R = -6, WALL_R = 5;
@@ -131,6 +134,13 @@ static void a_sliver_is_not(void)
     CHECK_NEAR(at(POST)->c[0], 0.5, 1e-3);
 }
 
+/* What is left of a pixel has an unsure colour, so it hardly counts for others. */
+static void far_parts_count_by_their_share(void)
+{
+    search(0.5f, 0.8f, 0.8f);
+    CHECK(at(POST + 1)->c[0] < 0.62f); /* 0.7 if they were whole */
+}
+
 /* Or a lamp at the edge would be seen twice. */
 static void a_hidden_lamp_is_dimmed(void)
 {
@@ -140,11 +150,11 @@ static void a_hidden_lamp_is_dimmed(void)
 
 enum { WIDE = 96, HIGH = 48, WIDE_POST = 24, WIDE_END = 72, FROM = 40, BLOCK = 8 };
 
-/* Counts which of 8 x 8 pixels 20 px inside a wide post have the answer of their first.
- */
-static void count_alike(float wall_r, int *n)
+static struct rf_surface wide[WIDE * HIGH], answers[WIDE * HIGH];
+
+/* What is behind the nearest surfaces of `wide`; everything there has an answer or none. */
+static void search_wide(void)
 {
-    static struct rf_surface wide[WIDE * HIGH];
     static float pure[WIDE * HIGH];
     static struct rf_marks none[WIDE * HIGH / 64];
     struct rf_params params;
@@ -152,13 +162,8 @@ static void count_alike(float wall_r, int *n)
     struct rf_filter *filter;
     struct rf_estimates found;
     struct rf_task task = {.last = -1};
-    for (int i = 0; i < WIDE * HIGH; i++) {
-        int x = i % WIDE, y = i / WIDE;
-        bool is_post = x >= WIDE_POST && x < WIDE_END;
-        float c = is_post ? 0.1f : 0.2f + 0.1f * (float)((7 * x + 3 * y) % 5);
-        wide[i] = (struct rf_surface){{c, c, c, 1}, is_post ? -26 : wall_r};
+    for (int i = 0; i < WIDE * HIGH; i++)
         pure[i] = 1;
-    }
     struct rf_surfaces surfaces = {
         .width = WIDE, .height = HIGH, .near = wide, .mixed = none, .share = pure};
     rf_params_init(&params);
@@ -166,15 +171,31 @@ static void count_alike(float wall_r, int *n)
     REQUIRE(rf_filter_create(&filter, context, &params, WIDE, HIGH, NULL) == RF_OK);
     REQUIRE(rf_find_hidden(&filter->frame, &surfaces, NULL, NULL, &found, &task,
                            NULL) == RF_OK);
-    for (int i = 0; i < BLOCK * BLOCK; i++) {
-        int x = FROM + i % BLOCK, y = 16 + i / BLOCK;
-        CHECK(rf_found_at(&found, x, y, 1));
-        *n += memcmp(&found.at[y * WIDE + x], &found.at[16 * WIDE + FROM],
-                     sizeof *found.at) == 0;
-    }
+    for (int i = 0; i < WIDE * HIGH; i++)
+        answers[i] = rf_found_at(&found, i % WIDE, i / WIDE, 1)
+                         ? found.at[i]
+                         : (struct rf_surface){.r = NAN};
     rf_estimates_free(&found, context);
     rf_filter_destroy(filter);
     rf_context_destroy(context);
+}
+
+/* Counts which of 8 x 8 pixels 20 px inside a wide post have the answer of their first.
+ */
+static void count_alike(float wall_r, int *n)
+{
+    for (int i = 0; i < WIDE * HIGH; i++) {
+        int x = i % WIDE, y = i / WIDE;
+        bool is_post = x >= WIDE_POST && x < WIDE_END;
+        float c = is_post ? 0.1f : 0.2f + 0.1f * (float)((7 * x + 3 * y) % 5);
+        wide[i] = (struct rf_surface){{c, c, c, 1}, is_post ? -26 : wall_r};
+    }
+    search_wide();
+    for (int i = 0; i < BLOCK * BLOCK; i++) {
+        int at = (16 + i / BLOCK) * WIDE + FROM + i % BLOCK;
+        CHECK(!isnan(answers[at].r));
+        *n += memcmp(&answers[at], &answers[16 * WIDE + FROM], sizeof *answers) == 0;
+    }
 }
 
 /* 8 x 8 pixels share an answer that blur hides, but none that is nearly in focus. */
@@ -187,6 +208,73 @@ static void blocks_do_not_show(void)
     CHECK(n_nearly_sharp > 0 && n_nearly_sharp <= BLOCK * BLOCK / 4);
 }
 
+enum { THIN_POST = 40, THIN_END = 54 };
+
+/* How far below a straight edge through the middle of the post pixel i is, px. */
+static float below_edge(int i, float slope)
+{
+    float x = (float)(i % WIDE) - (THIN_POST + THIN_END - 1) / 2.0f;
+    float y = (float)(i / WIDE) - HIGH / 2.0f;
+    return (y - slope * x) / sqrtf(1 + slope * slope);
+}
+
+/* A post before the straight edge of something, which stands before a sky. */
+static void search_behind_edge(float post_r, float r, float sky_r, float slope)
+{
+    for (int i = 0; i < WIDE * HIGH; i++) {
+        bool is_post = i % WIDE >= THIN_POST && i % WIDE < THIN_END;
+        bool is_below = below_edge(i, slope) > 0;
+        float c = is_post ? 0.1f : is_below ? 0.3f : 0.8f;
+        wide[i] = (struct rf_surface){{c, c, c, 1},
+                                      is_post    ? post_r
+                                      : is_below ? r
+                                                 : sky_r};
+    }
+    search_wide();
+}
+
+static bool is_on_post(int i)
+{
+    return i % WIDE >= THIN_POST && i % WIDE < THIN_END && i / WIDE >= BLOCK &&
+           i / WIDE < HIGH - BLOCK;
+}
+
+/* It does not bend along the middle of the post, as the nearest pixels have it. */
+static void a_straight_edge_goes_on(void)
+{
+    static const float slopes[] = {-1, -0.6f, -0.25f, 0.25f, 0.6f, 1};
+    for (size_t k = 0; k < sizeof slopes / sizeof *slopes; k++) {
+        int n = 0, n_wrong = 0;
+        search_behind_edge(-15, 0, 15, slopes[k]);
+        for (int i = 0; i < WIDE * HIGH; i++) {
+            float below = below_edge(i, slopes[k]);
+            if (!is_on_post(i) || fabsf(below) < 2)
+                continue;
+            float r = below > 0 ? 0 : 15, c = below > 0 ? 0.3f : 0.8f;
+            n++;
+            n_wrong +=
+                fabsf(answers[i].r - r) > 0.1f || fabsf(answers[i].c[0] - c) > 1e-3f;
+        }
+        CHECK(n_wrong < n / 50); /* lines are some degrees apart */
+    }
+}
+
+/*
+ * The lens sees a sky in focus through the blurred edge of what stands before it. On the
+ * left of the post that is nearer to all pixels than the sky.
+ */
+static void what_is_clearer_is_kept_behind_a_blurred_edge(void)
+{
+    int n = 0, n_wrong = 0;
+    search_behind_edge(-25, -12, 0, 0.6f);
+    for (int i = 0; i < WIDE * HIGH; i++)
+        if (is_on_post(i) && i % WIDE >= THIN_POST + 4 && below_edge(i, 0.6f) < 4) {
+            n++;
+            n_wrong += fabsf(answers[i].r) > 0.1f;
+        }
+    CHECK(n_wrong < n / 50);
+}
+
 int main(int argc, char **argv)
 {
     testing_begin(argc, argv);
@@ -194,7 +282,10 @@ int main(int argc, char **argv)
     TEST(what_is_shown_is_not_estimated);
     TEST(behind_a_mixed_pixel_is_its_far_part);
     TEST(a_sliver_is_not);
+    TEST(far_parts_count_by_their_share);
     TEST(a_hidden_lamp_is_dimmed);
     TEST(blocks_do_not_show);
+    TEST(a_straight_edge_goes_on);
+    TEST(what_is_clearer_is_kept_behind_a_blurred_edge);
     return testing_end();
 }
