@@ -673,7 +673,8 @@ def why_not(scene):
     tree, ours = compat.compositor_tree(scene), filter_scene_of(scene)
     if tree is None:
         return "the compositor is switched off"
-    nodes = [n for one in with_groups(tree) for n in layer_nodes(one, ours)]
+    trees = with_groups(tree)
+    nodes = [n for one in trees for n in layer_nodes(one, ours)]
     if all(node.mute for node in nodes):
         return "the compositor has no active Rack Focus node"
     return ""
@@ -698,3 +699,9 @@ def show_dof():
         if data.rack_focus.is_dof_hidden:
             data.dof.use_dof = True
             data.rack_focus.is_dof_hidden = False
+    unknown = [name for one in trees for name in compat.unknown_nodes(one)]
+    if unknown and compat.UNKNOWN_NODES_STOP:
+        return (
+            f"the compositor composites nothing, since this Blender does not know its "
+            f"node “{unknown[0]}”: delete that"
+        )

@@ -1,0 +1,158 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Checks of what files of others hold and the scenes of the other checks do not.
+
+file_checks.py DIST OUT [CHECK ...]    writes OUT/file_results.json
+"""
+
+import contextlib
+import sys
+from pathlib import Path
+
+import bpy
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).parent))
+import checking  # noqa: E402
+import common  # noqa: E402
+from checking import OUT, Checks  # noqa: E402
+from common import (  # noqa: E402
+    V,
+    addon,
+    last_message,
+    render,
+    result,
+    rgba,
+    same,
+    start,
+    tpsnr,
+)
+
+check = Checks()
+
+
+def shot(scene, name):
+    """(height, width, 4) of a render."""
+    return rgba(render(scene, OUT / name))
+
+
+def update():
+    """What Blender does between the steps of a user."""
+    bpy.context.view_layer.update()
+
+
+def tree_with_output(scene):
+    """(tree, a Render Layers node, the socket of the picture) of a scene."""
+    tree, _ = addon("compat").start_compositor(scene)
+    layers = next(n for n in tree.nodes if n.type == "R_LAYERS")
+    return tree, layers, addon("compat").output_socket(tree)
+
+
+@contextlib.contextmanager
+def rendered_scenes():
+    """Names of the scenes that are evaluated for a render meanwhile."""
+    seen = []
+
+    def note(scene, depsgraph=None):
+        if depsgraph is not None and depsgraph.mode == "RENDER":
+            seen.append(scene.name)
+
+    bpy.app.handlers.frame_change_post.append(note)
+    try:
+        yield seen
+    finally:
+        bpy.app.handlers.frame_change_post.remove(note)
+
+
+# ---- nodes ------------------------------------------------------------------------
+
+
+class OldNode(bpy.types.CompositorNode):
+    """A node of a type that a later Blender lacks."""
+
+    bl_idname = "CompositorNodeOld"
+    bl_label = "Old"
+
+    def init(self, _context):
+        """It passes a picture through."""
+        self.inputs.new("NodeSocketColor", "Image")
+        self.outputs.new("NodeSocketColor", "Image")
+
+
+@check
+def a_node_that_this_blender_lacks():
+    """5.0 composites nothing then: one view, sharp, and a message; not a crash."""
+    scene = bpy.context.scene
+    tree, *_ = tree_with_output(scene)
+    bpy.utils.register_class(OldNode)
+    node, path = tree.nodes.new(OldNode.bl_idname), str(OUT / "old_node.blend")
+    node.name = "Old One"
+    bpy.ops.wm.save_as_mainfile(filepath=path, copy=True)
+    tree.nodes.remove(node)
+    bpy.utils.unregister_class(OldNode)
+    bpy.ops.wm.open_mainfile(filepath=path)
+    sharp = shot(bpy.context.scene, "old0.exr")
+    scene, data = start(views=3)
+    made = shot(scene, "old1.exr")
+    if not addon("compat").UNKNOWN_NODES_STOP:
+        assert not last_message(scene) and not np.array_equal(made, sharp)
+        return
+    same(made, sharp)
+    assert "“Old One”: delete that" in last_message(scene), last_message(scene)
+    assert len(bpy.data.scenes) == 2
+    data.dof.use_dof = True
+    assert not np.array_equal(shot(scene, "old2.exr"), sharp)  # the camera's own lens
+
+
+def add_matte(scene, tree, source):
+    """A Cryptomatte node of a near cube behind a Render Layers node."""
+    scene.view_layers[0].use_pass_cryptomatte_object = True
+    node = tree.nodes.new("CompositorNodeCryptomatteV2")
+    node.scene = scene
+    near = min(
+        (o for o in scene.objects if o.type == "MESH"), key=lambda o: o.location.y
+    )
+    node.matte_id = near.name
+    if source is not None:
+        tree.links.new(source.outputs["Image"], node.inputs["Image"])
+    return node
+
+
+# ---- view layers ------------------------------------------------------------------
+
+
+def three_layers(scene):
+    """Layers A, B and C with other cubes each; C is the picture. Returns the tree."""
+    scene.view_layers[0].name = "A"
+    for name in "BC":
+        scene.view_layers.new(name)
+    cubes = [o for o in scene.objects if o.type == "MESH"]
+    for index in range(3):
+        group = bpy.data.collections.new(f"Part {index}")
+        scene.collection.children.link(group)
+        for cube in cubes[index::3]:
+            scene.collection.objects.unlink(cube)
+            group.objects.link(cube)
+    for at, layer in enumerate(scene.view_layers):
+        for index in range(3):
+            part = layer.layer_collection.children[f"Part {index}"]
+            part.exclude = index != at
+    tree, layers, output = tree_with_output(scene)
+    layers.layer = "C"
+    tree.links.new(layers.outputs["Image"], output)
+    other = addon("compat").new_layer_node(tree, scene)
+    other.layer = "B"
+    viewer = tree.nodes.new("CompositorNodeViewer")
+    tree.links.new(other.outputs["Image"], viewer.inputs["Image"])
+    return tree
+
+
+def looks(tree):
+    """What the Render Layers nodes look at."""
+    nodes = [n for n in tree.nodes if n.type == "R_LAYERS"]
+    return sorted((node.scene.name, node.layer) for node in nodes)
+
+
+# ---- cameras ----------------------------------------------------------------------
+
+
+checking.run(check, "file_results.json")
