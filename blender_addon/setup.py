@@ -82,6 +82,13 @@ def layer_nodes(tree, scene):
     return [n for n in nodes if n.scene == scene]
 
 
+def matte_nodes(tree, scene):
+    """Cryptomatte nodes that read the render of a scene; none that sleeps."""
+    found = [n for n in tree.nodes if n.type == "CRYPTOMATTE_V2"]
+    found = [n for n in found if n.source == "RENDER" and n.scene == scene]
+    return [node for node in found if not asleep.is_asleep(node)]
+
+
 def with_groups(tree):
     """A tree and all node groups inside it, each once."""
     found = [tree]
@@ -604,22 +611,26 @@ def sync(scene):
 # ---- compositing without rendering ------------------------------------------------
 
 
-def _source_nodes(scene):
-    """Render Layers nodes of the scene itself that are not muted by the user."""
-    tree = compat.compositor_tree(scene)
-    nodes = layer_nodes(tree, scene) if tree is not None else []
+def source_nodes(tree, scene):
+    """Nodes that read the scene's own render and are not muted by the user."""
+    nodes = [*layer_nodes(tree, scene), *matte_nodes(tree, scene)]
     return [node for node in nodes if not node.mute]
 
 
 def can_mute_sources(scene):
     """Is the scene's own render seen only through ours?"""
     tree = compat.compositor_tree(scene)
-    return tree is None or group.ends_at_groups(tree, _source_nodes(scene))
+    if tree is None:
+        return True
+    if mattes_in_groups(tree, scene):
+        return False
+    return group.ends_at_groups(tree, source_nodes(tree, scene))
 
 
 def mute_sources(scene):
     """Mutes the scene's own nodes: Blender then composites without rendering it."""
-    nodes = _source_nodes(scene)
+    tree = compat.compositor_tree(scene)
+    nodes = source_nodes(tree, scene) if tree is not None else []
     scene.rack_focus.muted = json.dumps([node.name for node in nodes])
     for node in nodes:
         node.mute = True
@@ -652,6 +663,21 @@ def need_source(scene):
         node = compat.new_layer_node(tree, ours)
         node.scene, node.layer = scene, filters[0].layer
         put_below(tree, node, filters[0])
+def mattes_in_groups(tree, scene):
+    """Cryptomatte nodes in groups of a tree that read the render of a scene."""
+    groups = with_groups(tree)[1:]
+    found = [node for one in groups for node in matte_nodes(one, scene)]
+    return [node for node in found if not node.mute]
+
+
+def has_mattes(scene):
+    """Do Cryptomatte nodes of the scene's compositor read its own render?"""
+    tree = compat.compositor_tree(scene)
+    if tree is None:
+        return False
+    return bool(matte_nodes(tree, scene) or mattes_in_groups(tree, scene))
+
+
 
 
 def is_filtered(scene):

@@ -27,6 +27,7 @@ from . import (
     finishing,
     freestyle,
     group,
+    handover,
     lens,
     moving,
     passes,
@@ -44,9 +45,6 @@ ENOUGH_SAMPLES = 32  # of a view; docs/measure_view_samples.py has the scores
 LOUD_COUNT = 16  # more views are a matter of memory
 BYTES_PER_PIXEL = 40  # and view: colour and depth, in Blender and in our hands
 MARK = "rack_focus_view"  # custom property of our cameras
-HOST = "rack_focus_host"  # of nodes that look at a copy: what they looked at before
-LAYER = "rack_focus_layer"  # of the same nodes: their view layer
-TAIL = "rack_focus_tail"  # of nodes of ours: the node whose links they have
 PASSES = ("use_pass_combined", "use_pass_z")
 
 
@@ -106,9 +104,10 @@ def view_count(settings):
     return min(settings.views, MOST_MERGED)
 
 
-def is_one_by_one(settings):
+def is_one_by_one(settings, scene):
     """Are the views rendered one after another?"""
-    return not multiview_works or is_spread(settings)
+    is_matte_wrong = compat.MATTES_ADD_VIEWS and setup.has_mattes(scene)
+    return not multiview_works or is_matte_wrong or is_spread(settings)
 
 
 def is_spread(settings):
@@ -142,7 +141,7 @@ def describe(settings, scene, n):
             lines.append("better where metal or water glints")
     if settings.views > n:
         lines.append(f"{MOST_MERGED} views at most can be merged")
-    if is_one_by_one(settings):
+    if is_one_by_one(settings, scene):
         lines.append("The views are rendered one after another")
     if lens.has_window_texture(scene.world):
         lines.append("The world's Window texture differs from view to view:")
@@ -200,7 +199,7 @@ def begin(scene, own_samples=0, is_refocus=False):
     has_copies = has_copies and not is_refocus and not has_lines
     if not has_copies and not own_samples:
         return
-    is_sequence = any(is_one_by_one(c.data.rack_focus) for c in cameras)
+    is_sequence = any(is_one_by_one(c.data.rack_focus, scene) for c in cameras)
     n_copies = most * scale**2 if is_sequence else 1
     copies = [
         _make_copy(scene, not is_shared) for _ in range(n_copies if has_copies else 0)
@@ -212,7 +211,7 @@ def begin(scene, own_samples=0, is_refocus=False):
         for index, copy in enumerate(copies):
             indices = [index] if is_sequence else range(most * scale**2)
             session.camera_names += _add_cameras(scene, copy, indices)
-        _hand_over(scene, copies, own)
+        handover.begin(scene, copies, own)
     except Exception:
         clean_up()
         raise
@@ -239,8 +238,7 @@ def clean_up():
     used |= {one.own_name for one in _sessions.values()}
     copies = [copy for copy in copies if copy.name not in used]
     for scene in {copy.rack_focus.viewed for copy in copies} - {None}:
-        for tree in setup.trees_of(scene):
-            _take_back(tree, scene)
+        handover.end(scene)
     for copy in copies:
         _remove_copy(copy)
 
@@ -311,69 +309,6 @@ def _add_cameras(scene, copy, indices):
         view.name = f"v{index:02d}"
         view.camera_suffix = view.file_suffix = _suffix(index)
     return names
-
-
-# ---- nodes ------------------------------------------------------------------------
-
-
-def _look_at(node, scene):
-    """Lets a Render Layers node look at the same view layer of another scene."""
-    layer = node.layer
-    node.scene = scene
-    if layer in scene.view_layers:
-        node.layer = layer
-
-
-def _hand_over(scene, copies, own=None):
-    """Lets nodes look at the copies, those of the filter scene after all of them.
-
-    Blender renders the scenes of the nodes in the order of the tree's list, to which
-    nodes can only be appended.
-    """
-    tree, ours = compat.compositor_tree(scene), setup.filter_scene_of(scene)
-    order = list(tree.nodes)
-    filters = setup.layer_nodes(tree, ours)
-    sources = [n for n in setup.layer_nodes(tree, scene) if not n.mute]
-    first = min(order.index(node) for node in filters) if filters else len(order)
-    is_in_order = any(order.index(node) < first for node in sources)
-    rendered = [*copies, own] if own is not None else copies
-    more = rendered[1:] if copies else rendered
-    if more or not is_in_order:
-        for copy in more:
-            node = compat.new_layer_node(tree, copy)
-            node[HOST] = ""
-        for node in filters:
-            tail = setup.add_node(tree, scene, node.layer)
-            tail.location = node.location
-            tail[TAIL] = node.name
-            setup.move_links(tree, node, tail)
-            _host(node, "filter", rendered[0])
-    for node in sources if copies else ():
-        _host(node, "source", copies[0])
-
-
-def _host(node, was, copy):
-    node[HOST], node[LAYER] = was, node.layer
-    _look_at(node, copy)
-
-
-def _take_back(tree, scene):
-    """Undoes _hand_over() from what the nodes say."""
-    ours = setup.filter_scene_of(scene)
-    for node in [n for n in tree.nodes if HOST in n]:
-        was, layer = node[HOST], node.get(LAYER, "")
-        if not was:
-            tree.nodes.remove(node)
-            continue
-        node.scene = ours if was == "filter" else scene
-        if layer in scene.view_layers:
-            node.layer = layer
-        del node[HOST], node[LAYER]
-    for tail in [n for n in tree.nodes if TAIL in n]:
-        node = tree.nodes.get(tail[TAIL])
-        if node is not None:
-            setup.move_links(tree, tail, node)
-        tree.nodes.remove(tail)
 
 
 # ---- frames -----------------------------------------------------------------------

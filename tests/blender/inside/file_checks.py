@@ -117,6 +117,51 @@ def add_matte(scene, tree, source):
     return node
 
 
+@check
+def a_cryptomatte_node():
+    """Its matte is there with one view, after a refocus and with several views."""
+    scene = bpy.context.scene
+    tree, layers, output = tree_with_output(scene)
+    node = add_matte(scene, tree, layers)
+    tree.links.new(node.outputs["Matte"], output)
+    before = node.layer_name
+    plain = shot(scene, "matte0.exr")[..., 0]
+    assert 0.001 < plain.mean() < 0.5
+    _, data = start()
+    update()
+    same(shot(scene, "matte1.exr")[..., 0], plain)
+    assert not addon("setup").can_mute_sources(scene)
+    assert bpy.ops.rack_focus.refocus() == {"FINISHED"}
+    same(result(scene, OUT / "matte2.exr")[..., 0], plain)
+    data.rack_focus.views = 3
+    with rendered_scenes() as seen:
+        seen_with_views = shot(scene, "matte3.exr")[..., 0]
+    assert scene.name not in seen, seen
+    assert np.abs(seen_with_views - plain).mean() < 0.03
+    assert abs(seen_with_views.mean() / plain.mean() - 1) < 0.3
+    assert (node.scene, node.layer_name) == (scene, before)
+    assert not last_message(scene), last_message(scene)
+    assert len(node.keys()) == 0 and not node.mute
+
+
+@check
+def a_cryptomatte_node_that_leads_nowhere():
+    """A refocus renders nothing."""
+    scene = bpy.context.scene
+    tree, layers, output = tree_with_output(scene)
+    tree.links.new(layers.outputs["Image"], output)
+    node = add_matte(scene, tree, None)
+    start()
+    update()
+    made = shot(scene, "matte4.exr")
+    assert addon("setup").can_mute_sources(scene)
+    with rendered_scenes() as seen:
+        bpy.ops.rack_focus.refocus()
+    assert scene.name not in seen, seen
+    same(result(scene, OUT / "matte5.exr"), made)
+    assert not node.mute
+
+
 # ---- view layers ------------------------------------------------------------------
 
 
