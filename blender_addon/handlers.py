@@ -144,7 +144,8 @@ def on_frame_change_post(scene, depsgraph=None):
         return
     is_copy = views.is_copy(scene)
     source = scene.rack_focus.viewed if is_copy else scene
-    if source is not None and setup.is_filtered(source):
+    is_filtered = source is not None and setup.is_filtered(source)
+    if is_filtered and (is_copy or setup.is_composited(source, engine.rendering)):
         are_open = scene.rack_focus.is_own_lens
         write(setup.open_lenses, source, depsgraph, are_open)
         cameras, ours = setup.cameras_of(source), setup.filter_scene_of(source)

@@ -731,3 +731,14 @@ def show_dof():
             f"the compositor composites nothing, since this Blender does not know its "
             f"node “{unknown[0]}”: delete that"
         )
+def is_composited(scene, names):
+    """Does one of the scenes that are rendered show what is filtered of `scene`?
+
+    names: of those scenes. Blender renders the others that their nodes show, whose own
+    nodes then count for nothing.
+    """
+    ours, rendered = filter_scene_of(scene), map(bpy.data.scenes.get, names)
+    trees = [tree for one in filter(None, rendered) for tree in all_trees_of(one)]
+    return any(layer_nodes(tree, ours) for tree in trees)
+
+

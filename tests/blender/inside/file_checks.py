@@ -162,6 +162,32 @@ def a_cryptomatte_node_that_leads_nowhere():
     assert not node.mute
 
 
+@check
+def another_scene_in_the_compositor():
+    """It has its own lens there, though its own nodes would filter it."""
+    scene = bpy.context.scene
+    data = scene.camera.data
+    data.dof.use_dof = True
+    tree, _, output = tree_with_output(scene)
+    back = bpy.data.scenes.new("Back")
+    common.set_up_cycles(back)
+    back.render.resolution_x, back.render.resolution_y = 72, 48
+    for item in scene.objects:  # the camera too
+        back.collection.objects.link(item)
+    back.camera = scene.camera
+    shown = addon("compat").new_layer_node(tree, back)
+    tree.links.new(shown.outputs["Image"], output)
+    lens = shot(scene, "back0.exr")
+    data.rack_focus.enabled = True
+    update()
+    assert addon("setup").filter_scene_of(back) is not None
+    tree.links.new(shown.outputs["Image"], output)
+    same(shot(scene, "back1.exr"), lens)
+    alone = shot(back, "back2.exr")
+    assert not np.array_equal(alone, lens) and tpsnr(alone, lens) > 15
+    assert not last_message(back), last_message(back)
+
+
 # ---- view layers ------------------------------------------------------------------
 
 
