@@ -340,8 +340,9 @@ def _remove_nodes(scene, record):
             sources = layer_nodes(one, scene)
             for node in layer_nodes(one, filter_scene_of(scene)):
                 alike = [s for s in sources if s.layer == node.layer]
-                before = [s for s in alike if s.name == node.get(BEFORE)]
-                source = next(iter(before or alike), None)
+                before = [s for s in sources if s.name == node.get(BEFORE)]
+                both = [s for s in before if s in alike]
+                source = next(iter(both or alike or before), None)
                 if source is not None:
                     move_links(one, node, source)
                 one.nodes.remove(node)
@@ -413,6 +414,7 @@ def disable(scene):
     ours = filter_scene_of(scene)
     if ours is None:
         return
+    _sync_layers(scene, ours)
     record = json.loads(scene.rack_focus.record)
     _remove_nodes(scene, record)
     for layer in scene.view_layers:
@@ -567,12 +569,51 @@ def _need_depth(scene):
     scene.rack_focus.record = json.dumps(record)
 
 
+def _drop_layers(names, ours):
+    """Removes layers of the filter scene whose own layer was removed.
+
+    names: of the scene's layers. One that has another name at the same place was renamed.
+    Nodes keep the number of their layer, which Blender counts down with each removal: to
+    remove another one would give our nodes the layers of others.
+    """
+    at = 0
+    while at < len(ours.view_layers):
+        layer = ours.view_layers[at]
+        behind = [other.name for other in ours.view_layers[at + 1 :]]
+        is_next = at < len(names) and names[at] in behind
+        if layer.name not in names and (is_next or at >= len(names)):
+            ours.view_layers.remove(layer)
+        else:
+            at += 1
+    while len(ours.view_layers) > len(names):
+        ours.view_layers.remove(ours.view_layers[-1])
+
+
+def _rename_in_record(scene, new_names):
+    """Lets what was noted of layers follow them; new_names: {old: new}."""
+    record = json.loads(scene.rack_focus.record or "{}")
+    for key in ("z", sharp.SWITCH.key, freestyle.SWITCH.key):
+        if key in record:
+            record[key] = [new_names.get(name, name) for name in record[key]]
+    if mirrors.RECORD in record:
+        about = record[mirrors.RECORD].items()
+        record[mirrors.RECORD] = {new_names.get(k, k): value for k, value in about}
+    if record:
+        scene.rack_focus.record = json.dumps(record)
+
+
 def _sync_layers(scene, ours):
+    _drop_layers([layer.name for layer in scene.view_layers], ours)
+    n_known = len(ours.view_layers)
     while len(ours.view_layers) < len(scene.view_layers):
         ours.view_layers.new("layer")
-    while len(ours.view_layers) > len(scene.view_layers):
-        ours.view_layers.remove(ours.view_layers[-1])
-    for source, target in zip(scene.view_layers, ours.view_layers, strict=True):
+    pairs = list(zip(scene.view_layers, ours.view_layers, strict=True))
+    new_names = {b.name: a.name for a, b in pairs[:n_known] if a.name != b.name}
+    for _, target in pairs if new_names else ():
+        target.name = f"{NODE_LABEL} layer"  # else Blender numbers a name that is taken
+    if new_names:
+        _rename_in_record(scene, new_names)
+    for source, target in pairs:
         set_if_other(target, "name", source.name)
         set_if_other(target, "use", source.use)
         set_if_other(target, "use_pass_z", False)
@@ -615,6 +656,21 @@ def source_nodes(tree, scene):
     """Nodes that read the scene's own render and are not muted by the user."""
     nodes = [*layer_nodes(tree, scene), *matte_nodes(tree, scene)]
     return [node for node in nodes if not node.mute]
+
+
+def mattes_in_groups(tree, scene):
+    """Cryptomatte nodes in groups of a tree that read the render of a scene."""
+    groups = with_groups(tree)[1:]
+    found = [node for one in groups for node in matte_nodes(one, scene)]
+    return [node for node in found if not node.mute]
+
+
+def has_mattes(scene):
+    """Do Cryptomatte nodes of the scene's compositor read its own render?"""
+    tree = compat.compositor_tree(scene)
+    if tree is None:
+        return False
+    return bool(matte_nodes(tree, scene) or mattes_in_groups(tree, scene))
 
 
 def can_mute_sources(scene):
@@ -663,21 +719,6 @@ def need_source(scene):
         node = compat.new_layer_node(tree, ours)
         node.scene, node.layer = scene, filters[0].layer
         put_below(tree, node, filters[0])
-def mattes_in_groups(tree, scene):
-    """Cryptomatte nodes in groups of a tree that read the render of a scene."""
-    groups = with_groups(tree)[1:]
-    found = [node for one in groups for node in matte_nodes(one, scene)]
-    return [node for node in found if not node.mute]
-
-
-def has_mattes(scene):
-    """Do Cryptomatte nodes of the scene's compositor read its own render?"""
-    tree = compat.compositor_tree(scene)
-    if tree is None:
-        return False
-    return bool(matte_nodes(tree, scene) or mattes_in_groups(tree, scene))
-
-
 
 
 def is_filtered(scene):
@@ -703,7 +744,24 @@ def why_not(scene):
     nodes = [n for one in trees for n in layer_nodes(one, ours)]
     if all(node.mute for node in nodes):
         return "the compositor has no active Rack Focus node"
+    unknown = [name for one in trees for name in compat.unknown_nodes(one)]
+    if unknown and compat.UNKNOWN_NODES_STOP:
+        return (
+            f"the compositor composites nothing, since this Blender does not know its "
+            f"node “{unknown[0]}”: delete that"
+        )
     return ""
+
+
+def is_composited(scene, names):
+    """Does one of the scenes that are rendered show what is filtered of `scene`?
+
+    names: of those scenes. Blender renders the others that their nodes show, whose own
+    nodes then count for nothing.
+    """
+    ours, rendered = filter_scene_of(scene), map(bpy.data.scenes.get, names)
+    trees = [tree for one in filter(None, rendered) for tree in all_trees_of(one)]
+    return any(layer_nodes(tree, ours) for tree in trees)
 
 
 def open_lenses(scene, depsgraph, are_open):
@@ -725,20 +783,3 @@ def show_dof():
         if data.rack_focus.is_dof_hidden:
             data.dof.use_dof = True
             data.rack_focus.is_dof_hidden = False
-    unknown = [name for one in trees for name in compat.unknown_nodes(one)]
-    if unknown and compat.UNKNOWN_NODES_STOP:
-        return (
-            f"the compositor composites nothing, since this Blender does not know its "
-            f"node “{unknown[0]}”: delete that"
-        )
-def is_composited(scene, names):
-    """Does one of the scenes that are rendered show what is filtered of `scene`?
-
-    names: of those scenes. Blender renders the others that their nodes show, whose own
-    nodes then count for nothing.
-    """
-    ours, rendered = filter_scene_of(scene), map(bpy.data.scenes.get, names)
-    trees = [tree for one in filter(None, rendered) for tree in all_trees_of(one)]
-    return any(layer_nodes(tree, ours) for tree in trees)
-
-

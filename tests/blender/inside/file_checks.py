@@ -223,6 +223,51 @@ def looks(tree):
     return sorted((node.scene.name, node.layer) for node in nodes)
 
 
+@check
+def a_view_layer_is_removed():
+    """The nodes keep theirs; unticking gives each its own link back."""
+    scene = bpy.context.scene
+    tree = three_layers(scene)
+    _, data = start()
+    update()
+    before, made = looks(tree), shot(scene, "removed0.exr")
+    scene.view_layers.remove(scene.view_layers["A"])
+    update()
+    assert looks(tree) == before, looks(tree)
+    same(shot(scene, "removed1.exr"), made)
+    scene.view_layers.remove(scene.view_layers["B"])
+    scene.view_layers.new("N")  # as many as before, in one step of a script
+    update()
+    assert (scene.name, "C") in looks(tree), looks(tree)
+    same(shot(scene, "removed2.exr"), made)
+    data.rack_focus.enabled = False
+    feed = addon("compat").output_socket(tree).links[0].from_node
+    assert (feed.scene, feed.layer) == (scene, "C"), (feed.name, feed.layer)
+    data.rack_focus.enabled = True
+    same(shot(scene, "removed3.exr"), made)
+
+
+@check
+def renamed_and_moved_view_layers():
+    """Names stay in step, and unticking switches off what ticking switched on."""
+    scene = bpy.context.scene
+    three_layers(scene)
+    _, data = start()
+    first, second = scene.view_layers[0], scene.view_layers[1]
+    first.name, second.name = "X", "A"  # the other's name, and a new one
+    if hasattr(scene.view_layers, "move"):
+        scene.view_layers.move(2, 0)
+    update()
+    names = [layer.name for layer in scene.view_layers]
+    ours = addon("setup").filter_scene_of(scene)
+    assert [layer.name for layer in ours.view_layers] == names
+    assert all(layer.use_pass_z for layer in scene.view_layers)
+    scene.view_layers["X"].name = "Y"  # without an update before unticking
+    data.rack_focus.enabled = False
+    on = [layer.name for layer in scene.view_layers if layer.use_pass_z]
+    assert not on, on
+
+
 # ---- cameras ----------------------------------------------------------------------
 
 
