@@ -170,11 +170,12 @@ def is_copy(scene):
 
 def camera_at(scene, frame):
     """The camera of a frame; those bound to markers count."""
-    bound = [m for m in scene.timeline_markers if m.camera and m.frame <= frame]
+    markers = [m for m in scene.timeline_markers if m.camera]
+    markers = [m for m in markers if not m.camera.hide_render]  # Blender skips those
+    bound = [m for m in markers if m.frame <= frame]
     if bound:
         return max(bound, key=lambda marker: marker.frame).camera
-    first = [m for m in scene.timeline_markers if m.camera]
-    return min(first, key=lambda m: m.frame).camera if first else scene.camera
+    return min(markers, key=lambda m: m.frame).camera if markers else scene.camera
 
 
 # ---- start and end ----------------------------------------------------------------

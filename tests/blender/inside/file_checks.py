@@ -271,4 +271,37 @@ def renamed_and_moved_view_layers():
 # ---- cameras ----------------------------------------------------------------------
 
 
+@check
+def a_marker_camera_that_is_not_rendered():
+    """Blender skips one with Disable in Renders: the views are of the camera before."""
+    scene = bpy.context.scene
+    hidden = scene.camera.copy()
+    hidden.data = hidden.data.copy()
+    hidden.location = (0.4, -0.5, 0.2)
+    scene.collection.objects.link(hidden)
+    for frame, camera in ((1, scene.camera), (2, hidden)):
+        scene.timeline_markers.new("camera", frame=frame).camera = camera
+    hidden.hide_render = True
+    scene.frame_set(3)
+    pinhole = shot(scene, "marker0.exr")
+    hidden.hide_render = False
+    assert not np.array_equal(shot(scene, "marker1.exr"), pinhole)
+    hidden.hide_render = True
+    scene.timeline_markers.clear()
+    scene.camera = bpy.data.objects["Camera"]
+    same(shot(scene, "marker2.exr"), pinhole)  # so Blender skips it
+    for frame, camera in ((1, scene.camera), (2, hidden)):
+        scene.timeline_markers.new("camera", frame=frame).camera = camera
+    for camera in (hidden, scene.camera):
+        camera.data.rack_focus.enabled = True
+        camera.data.rack_focus.views = 3
+    update()
+    made = shot(scene, "marker3.exr")
+    assert addon("views").camera_at(scene, 3) == bpy.data.objects["Camera"]
+    scene.timeline_markers.clear()
+    scene.camera = bpy.data.objects["Camera"]
+    update()
+    same(made, shot(scene, "marker4.exr"))
+
+
 checking.run(check, "file_results.json")
