@@ -265,6 +265,14 @@ class RackFocusEngine(bpy.types.RenderEngine):
         self._note(source, views.note_of(source))
         try:
             views.collect(source)
+            if source.name not in alone:
+                passes.set_frame(source, depsgraph.scene.frame_current)
+        elif passes.frame_of(source) not in (None, depsgraph.scene.frame_current):
+            self._note(
+                source,
+                f"this is the render of frame {passes.frame_of(source)}: press F12 for "
+                f"frame {depsgraph.scene.frame_current}",
+            )
         except Exception as error:
             problem = error
         self.is_broken = problem is not None

@@ -44,14 +44,30 @@ def refocus(scene, call, own_samples=0):
 
 
 def keep_passes(scene):
-    """Keeps the passes of the last render, else those of the camera's folder."""
+    """Keeps the passes of the last render, else those of the camera's folder.
+
+    Those of the folder come first where the last render was of another frame.
+    """
+    folder = keep.folder_of(scene.camera.data) if scene.camera else None
+    frame, now = passes.frame_of(scene), scene.frame_current
+    if folder is not None and frame not in (None, now):
+        try:
+            _keep_files(scene, folder)
+            return
+        except passes.PassesError:
+            if isinstance(passes.rendered(scene), keep.KeptFiles):
+                raise
     try:
         passes.keep(scene)
     except passes.PassesError:
-        folder = keep.folder_of(scene.camera.data) if scene.camera else None
         if folder is None:
             raise
-        passes.put(scene, keep.KeptFiles(scene, folder, scene.frame_current))
+        _keep_files(scene, folder)
+
+
+def _keep_files(scene, folder):
+    passes.put(scene, keep.KeptFiles(scene, folder, scene.frame_current))
+    passes.set_frame(scene, scene.frame_current)
 
 
 def refocus_later(scene_name):

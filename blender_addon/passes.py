@@ -234,7 +234,8 @@ class RenderedPasses:
         return [(self.layer(name, suffix, view), MIDDLE)]
 
 
-_kept = {}  # scene name: RenderedPasses, or views.ViewPasses
+_kept = {}  # scene name: RenderedPasses, views.ViewPasses or keep.KeptFiles
+_frames = {}  # scene name: frame of its last render, or of what is kept
 
 
 def rendered(scene):
@@ -254,7 +255,15 @@ def put(scene, found):
 
 def forget(scene=None):
     """Lets go of the kept passes of a scene, or of all."""
-    if scene is None:
-        _kept.clear()
-    else:
-        _kept.pop(scene.name, None)
+    for names in (_kept, _frames):
+        names.clear() if scene is None else names.pop(scene.name, None)
+
+
+def set_frame(scene, frame):
+    """Notes which frame of a scene was rendered, or is kept."""
+    _frames[scene.name] = frame
+
+
+def frame_of(scene):
+    """The frame that the passes of a scene are of; None where that is not known."""
+    return _frames.get(scene.name)

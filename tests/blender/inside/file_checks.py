@@ -5,6 +5,7 @@ file_checks.py DIST OUT [CHECK ...]    writes OUT/file_results.json
 """
 
 import contextlib
+import shutil
 import sys
 from pathlib import Path
 
@@ -302,6 +303,85 @@ def a_marker_camera_that_is_not_rendered():
     scene.camera = bpy.data.objects["Camera"]
     update()
     same(made, shot(scene, "marker4.exr"))
+
+
+# ---- kept passes ------------------------------------------------------------------
+
+
+def keep_in(name):
+    """(scene, camera data) with an empty folder of the file for passes."""
+    folder = OUT / name
+    shutil.rmtree(folder, ignore_errors=True)
+    scene, data = start(passes_folder=f"//{name}")
+    return scene, data, folder
+
+
+def refocused(scene, name):
+    """The picture after a refocus."""
+    assert bpy.ops.rack_focus.refocus() == {"FINISHED"}
+    return result(scene, OUT / name)
+
+
+def reopen():
+    """Saves the file and opens it; returns the scene."""
+    path = str(OUT / "kept.blend")
+    bpy.ops.wm.save_as_mainfile(filepath=path)
+    bpy.ops.wm.open_mainfile(filepath=path)
+    return bpy.context.scene
+
+
+@check
+def kept_passes_are_those_of_the_frame():
+    """A refocus in another frame takes its own; without them it says so."""
+    scene, data, _ = keep_in("kept_frames")
+    cube = min(
+        (o for o in scene.objects if o.type == "MESH"), key=lambda o: o.location.y
+    )
+    for frame, move in ((1, 0), (2, 0.3)):
+        cube.location.x += move
+        cube.keyframe_insert("location", frame=frame)
+    bpy.ops.wm.save_as_mainfile(filepath=str(OUT / "kept.blend"))
+    made = {}
+    for frame in (1, 2):
+        scene.frame_set(frame)
+        made[frame] = shot(scene, f"kept_frame{frame}.exr")
+    assert not np.array_equal(made[1], made[2])
+    scene.frame_set(1)
+    same(refocused(scene, "kept1.exr"), made[1])
+    assert not last_message(scene), last_message(scene)
+    scene = reopen()
+    for frame in (1, 2, 1):
+        scene.frame_set(frame)
+        same(refocused(scene, "kept2.exr"), made[frame])
+        assert not last_message(scene), last_message(scene)
+    scene.frame_set(3)
+    try:
+        bpy.ops.rack_focus.refocus()
+        raise AssertionError("frame 3 has no passes")
+    except RuntimeError as error:
+        assert "passes of frame 3" in str(error), error
+
+
+@check
+def a_refocus_in_another_frame():
+    """Without kept passes: the last render, and a word on it."""
+    scene, _ = start()
+    scene.frame_set(4)
+    made = shot(scene, "frame4.exr")
+    scene.frame_set(7)
+    same(refocused(scene, "frame7.exr"), made)
+    assert "render of frame 4: press F12" in last_message(scene), last_message(scene)
+    scene.frame_set(4)
+    refocused(scene, "frame7.exr")
+    assert not last_message(scene), last_message(scene)
+
+
+# ---- messages ---------------------------------------------------------------------
+
+
+def add_viewer(tree):
+    """The input of a new Viewer node."""
+    return tree.nodes.new("CompositorNodeViewer").inputs["Image"]
 
 
 checking.run(check, "file_results.json")
