@@ -399,7 +399,8 @@ class RackFocusEngine(bpy.types.RenderEngine):
         params = lens.frame_parameters(
             frame.camera, settings, scene.render, (width, height), scale
         )
-        keep.write(folder, stem, found, params, sharp.names_of(source))
+        others = keep.stems_of(source, scene.frame_current)
+        keep.write(folder, stem, found, params, sharp.names_of(source), others)
 
     def _filter(self, frame, found, settings, scene, targets, seconds, scale):
         """Filters into (picture, coc), rows upwards; returns the CoC limit in px."""

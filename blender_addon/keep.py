@@ -7,6 +7,8 @@ uncompressed; Freestyle.R to .A where there are lines. The header says what the 
 (rackfocus:lensOffset, rackfocus:shearDistance).
 """
 
+import glob
+import os
 import re
 import struct
 from pathlib import Path
@@ -18,6 +20,7 @@ from .library import rackfocus
 
 OFFSET, SHEAR = "rackfocus:lensOffset", "rackfocus:shearDistance"
 TIME = "rackfocus:shutterTime"
+NEW = ".new"  # behind the names of files until all of them are there
 SHARP = "sharp.coverage"  # channel: how much of a pixel stays sharp
 # of parameters that say what the camera was, and what it makes of the light
 GROUPS = ("lens", "aperture", "depth", "highlights")
@@ -41,6 +44,22 @@ def stem_of(scene, frame, layer, suffix=""):
     used = [one.name for one in scene.view_layers if one.use]
     part = "_" + re.sub(r"[^\w.-]", "_", layer) if len(used) > 1 else ""
     return f"passes{frame:04d}{part}{suffix}"
+
+
+def stems_of(scene, frame):
+    """Those of all view layers and views of a frame."""
+    suffixes = ["", *(view.file_suffix for view in scene.render.views)]
+    layers = [layer.name for layer in scene.view_layers]
+    return {stem_of(scene, frame, name, end) for name in layers for end in suffixes}
+
+
+def _views_of(folder, stem, others=()):
+    """Paths of a frame's views in their order; others: stems that are no views."""
+    paths = folder.glob(f"{glob.escape(stem)}_v*.exr")
+    number = re.compile(re.escape(stem) + r"_v(\d+)")
+    found = {p: number.fullmatch(p.stem) for p in paths if p.stem not in others}
+    found = {path: int(match[1]) for path, match in found.items() if match}
+    return sorted(found, key=found.get)
 
 
 # ---- writing ----------------------------------------------------------------------
@@ -74,13 +93,37 @@ def place_attributes(place):
     )
 
 
-def write(folder, stem, found, params, kept_sharp=()):
+def write(folder, stem, found, params, kept_sharp=(), others=()):
     """Writes the views of a view layer, [(passes.Layer, passes.Place)].
 
     folder: Path, made where it is missing; stem: from stem_of(); params: of the lens;
-    kept_sharp: names of objects, whose coverage is a channel.
+    kept_sharp: names of objects, whose coverage is a channel; others: from stems_of().
+    What an earlier render of the frame left goes once all views are there.
     KeepError where the folder cannot be written.
     """
+    paths = []
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        for name, channels, attributes in _files(stem, found, params, kept_sharp):
+            paths.append(folder / f"{name}.exr")
+            exr.write_exr(f"{paths[-1]}{NEW}", channels, attributes)
+        for path in paths:
+            os.replace(f"{path}{NEW}", path)
+        for old in [*_views_of(folder, stem, others), folder / f"{stem}.exr"]:
+            if old not in paths:
+                old.unlink(missing_ok=True)
+    except OSError as error:
+        raise KeepError(
+            f"Keep Passes: “{folder}” cannot be written ({error.strerror}); choose "
+            "another folder"
+        ) from error
+    finally:
+        for path in paths:
+            Path(f"{path}{NEW}").unlink(missing_ok=True)
+
+
+def _files(stem, found, params, kept_sharp):
+    """(name, channels, attributes) of each view; see write()."""
     lens = lens_attributes(params)
     for index, (one, place) in enumerate(found):
         is_view = len(found) > 1
@@ -94,15 +137,7 @@ def write(folder, stem, found, params, kept_sharp=()):
             channels |= {
                 f"{freestyle.NAME}.{c}": one.lines[..., i] for i, c in enumerate("RGBA")
             }
-        attributes = lens + (place_attributes(place) if is_view else b"")
-        try:
-            folder.mkdir(parents=True, exist_ok=True)
-            exr.write_exr(folder / f"{name}.exr", channels, attributes)
-        except OSError as error:
-            raise KeepError(
-                f"Keep Passes: “{folder}” cannot be written ({error.strerror}); choose "
-                "another folder"
-            ) from error
+        yield name, channels, lens + (place_attributes(place) if is_view else b"")
 
 
 # ---- reading ----------------------------------------------------------------------
@@ -122,10 +157,12 @@ class KeptFiles:
 
     def _paths(self, layer, suffix=""):
         stem = stem_of(self.scene, self.frame, layer, suffix)
-        views = sorted(self.folder.glob(f"{stem}_v[0-9]*.exr"))
-        views.sort(key=lambda path: int(path.stem.rsplit("_v", 1)[1]))
+        views = _views_of(self.folder, stem, stems_of(self.scene, self.frame))
         single = self.folder / f"{stem}.exr"
-        return views or ([single] if single.exists() else [])
+        if not single.exists():
+            return views
+        is_older = views and single.stat().st_mtime < views[0].stat().st_mtime
+        return views if is_older else [single]  # both: as an earlier version left them
 
     def views(self, name, suffix="", _view=""):
         """[(passes.Layer, passes.Place)] of a view layer."""

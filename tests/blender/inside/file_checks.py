@@ -376,6 +376,25 @@ def a_refocus_in_another_frame():
     assert not last_message(scene), last_message(scene)
 
 
+@check
+def kept_passes_of_fewer_views():
+    """What an earlier render of the frame left goes once the new ones are there."""
+    scene, data, folder = keep_in("kept_fewer")
+    bpy.ops.wm.save_as_mainfile(filepath=str(OUT / "kept.blend"))
+    other = folder / "passes0001_v2x.exr"
+    for views in (4, 2, 1, 3):
+        data.rack_focus.views = views
+        scene.camera.location.x += 0.02
+        made = shot(scene, f"fewer{views}.exr")
+        names = [f"passes0001_v{i:02d}.exr" for i in range(views)]
+        wanted = names if views > 1 else ["passes0001.exr"]
+        assert sorted(p.name for p in folder.iterdir() if p != other) == wanted
+        other.touch()  # nobody's
+    scene = reopen()
+    same(refocused(scene, "fewer.exr"), made)
+    assert other.exists()
+
+
 # ---- messages ---------------------------------------------------------------------
 
 
