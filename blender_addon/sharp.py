@@ -50,8 +50,27 @@ def id_of(name):
 
 
 def names_of(scene):
-    """Names of the objects of a scene that stay sharp."""
-    return [o.name for o in scene.objects if o.rack_focus_keep_sharp]
+    """Names of the objects of a scene that stay sharp.
+
+    The renderer names instances by their object: one that shows a collection keeps the
+    objects of that sharp, wherever they are shown.
+    """
+    found, seen = {}, set()
+    _add_names(scene.objects, False, found, seen)
+    return list(found)
+
+
+def _add_names(objects, is_whole, found, seen):
+    """Adds names to `found`, {name: True}; is_whole: of all the objects."""
+    for item in objects:
+        is_kept = is_whole or item.rack_focus_keep_sharp
+        is_instancer = item.instance_type == "COLLECTION"
+        shown = item.instance_collection if is_instancer else None
+        if is_kept:
+            found[item.name] = True
+        if shown is not None and (shown, is_kept) not in seen:
+            seen.add((shown, is_kept))
+            _add_names(shown.all_objects, is_kept, found, seen)
 
 
 # ---- the pass ---------------------------------------------------------------------

@@ -305,6 +305,31 @@ def a_marker_camera_that_is_not_rendered():
     same(made, shot(scene, "marker4.exr"))
 
 
+@check
+def a_collection_is_kept_sharp():
+    """By its objects, and by what shows it."""
+    scene = bpy.context.scene
+    near = [o for o in scene.objects if o.type == "MESH" and o.location.y < 2.5]
+    group = bpy.data.collections.new("Near")
+    for item in near:
+        scene.collection.objects.unlink(item)
+        group.objects.link(item)
+    shown = bpy.data.objects.new("Shown", None)
+    shown.instance_type, shown.instance_collection = "COLLECTION", group
+    scene.collection.objects.link(shown)
+    start()
+    update()
+    blurred = shot(scene, "instances0.exr")
+    shown.rack_focus_keep_sharp = True
+    made = shot(scene, "instances1.exr")
+    assert {o.name for o in near} < set(addon("sharp").names_of(scene))
+    assert (np.abs(made - blurred).max(-1) > 0.05).mean() > 0.05
+    shown.rack_focus_keep_sharp = False
+    for item in near:
+        item.rack_focus_keep_sharp = True
+    same(shot(scene, "instances2.exr"), made)
+
+
 # ---- kept passes ------------------------------------------------------------------
 
 
