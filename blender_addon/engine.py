@@ -204,7 +204,12 @@ class RackFocusEngine(bpy.types.RenderEngine):
                 self._render_views(depsgraph, source, run["seconds"])
             if depsgraph.view_layer.name == last_layer(scene):
                 nodes.run(source, depsgraph, self, run["seconds"])
-        except Exception as error:
+        except Exception as problem:
+            error = problem
+            if (
+                isinstance(error, EXPECTED) and self._is_stopped()
+            ):  # so nothing is there
+                error = rackfocus.CancelledError("cancelled")
             run["message"] = self._explain(error)
             self.report({"ERROR"}, f"Rack Focus: {run['message']}")
             if not isinstance(error, rackfocus.CancelledError):
@@ -260,11 +265,6 @@ class RackFocusEngine(bpy.types.RenderEngine):
         if not is_refocus:  # a render is never an overlay
             self.show = "picture"
             refocusing.shown.pop(source.name, None)
-        self.linked = setup.linked_outputs(source, depsgraph.view_layer.name)
-        problem = None
-        self._note(source, views.note_of(source))
-        try:
-            views.collect(source)
             if source.name not in alone:
                 passes.set_frame(source, depsgraph.scene.frame_current)
         elif passes.frame_of(source) not in (None, depsgraph.scene.frame_current):
@@ -273,6 +273,11 @@ class RackFocusEngine(bpy.types.RenderEngine):
                 f"this is the render of frame {passes.frame_of(source)}: press F12 for "
                 f"frame {depsgraph.scene.frame_current}",
             )
+        self.linked = setup.linked_outputs(source, depsgraph.view_layer.name)
+        problem = None
+        self._note(source, views.note_of(source))
+        try:
+            views.collect(source)
         except Exception as error:
             problem = error
         self.is_broken = problem is not None
@@ -476,6 +481,10 @@ class RackFocusEngine(bpy.types.RenderEngine):
             self.update_stats("", self.doing)
             self.update_progress(fraction)
         return not self.test_break()
+
+    def _is_stopped(self):
+        """Was Esc pressed?"""
+        return self.test_break()
 
     # ---- results ------------------------------------------------------------------
 

@@ -209,7 +209,7 @@ class RenderedPasses:
                 # Blender reports a failure for views that it wrote all the same.
                 if not list(path.parent.glob("*.exr")):
                     raise PassesError(
-                        f"there is no render to filter yet: press F12 first ({error})"
+                        "there is no render to filter yet: press F12 first"
                     ) from error
 
     def layer(self, name, suffix="", view=""):

@@ -423,6 +423,31 @@ def kept_passes_of_fewer_views():
 # ---- messages ---------------------------------------------------------------------
 
 
+@check
+def a_render_in_views_is_stopped():
+    """The message after Esc, and that where there is no render."""
+    engine, rendered = addon("engine").RackFocusEngine, addon("passes").RenderedPasses
+    scene, _ = start(views=2)
+    try:
+        rendered(scene)
+        raise AssertionError("nothing was rendered")
+    except addon("passes").PassesError as error:
+        assert str(error).endswith("press F12 first"), error
+    save, is_stopped = rendered._save, engine._is_stopped
+
+    def fail(*_):
+        raise addon("passes").PassesError("there is none")
+
+    rendered._save = fail
+    engine._is_stopped = lambda _self: True
+    try:
+        with contextlib.suppress(RuntimeError):
+            bpy.ops.render.render()
+    finally:
+        rendered._save, engine._is_stopped = save, is_stopped
+    assert last_message(scene).startswith("stopped;"), last_message(scene)
+
+
 def add_viewer(tree):
     """The input of a new Viewer node."""
     return tree.nodes.new("CompositorNodeViewer").inputs["Image"]
