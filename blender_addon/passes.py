@@ -34,6 +34,7 @@ FOLDER, LOCK = "rack_focus_", "lock"
 WITHOUT_LOCK_S = 600.0  # a folder without a lock lives for milliseconds
 SAVE_S = 20.0  # that the main thread may take until it comes to saving
 SAVE_ERROR = b"Error: Image 'Render Result' could not be saved"
+LONGEST_CHANNEL = 63  # bytes of its name; 3.4 and 4.2 cut longer ones
 NOTHING_HIT = 1e9  # Blender writes 1e10 where no surface was hit
 
 
@@ -104,7 +105,14 @@ def find_layer(channels, layer, view=""):
     names = [f"{layer}.Combined{tail}.{c}" for c in "RGBA"]
     depths = [f"{layer}.{p}{tail}.{c}" for p in ("Depth", "Z") for c in "ZVX"]
     depth = next((channels[name] for name in depths if name in channels), None)
-    if any(name not in channels for name in names):
+    longest = LONGEST_CHANNEL - len(f".Combined{tail}.R".encode())
+    is_there = all(name in channels for name in names)
+    if not is_there and len(layer.encode()) > longest:
+        raise PassesError(
+            f"the name of view layer “{layer}” is too long for this Blender: at most "
+            f"{longest} bytes"
+        )
+    if not is_there:
         raise PassesError(f"view layer “{layer}” was not rendered")
     mattes = sharp.mattes_of(channels, layer, tail)
     seen = mirrors.seen_of(channels, layer, tail)
