@@ -5,7 +5,7 @@ import bpy
 import numpy as np
 from bpy.props import FloatProperty, IntProperty
 
-from . import engine, lens, passes, preferences, sampling
+from . import compat, engine, lens, passes, preferences, sampling
 from .library import rackfocus
 from .operators import scene_of
 
@@ -95,7 +95,7 @@ class Renderer:
     def close(self):
         """Removes what was made."""
         data = self.camera.data
-        bpy.data.scenes.remove(self.scene)
+        compat.remove_scene(self.scene)
         bpy.data.objects.remove(self.camera)
         bpy.data.cameras.remove(data)
 

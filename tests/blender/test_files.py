@@ -13,3 +13,10 @@ CHECKED = Checked("file_checks.py", "file_results.json")
 def test_check(blender, dist, name):
     """One check in one Blender."""
     CHECKED.expect(blender, dist, name)
+
+
+def test_a_comparison_prints_no_error(blender, dist):
+    """Blender 3.4 counts the users of copied scenes wrongly, and says so."""
+    _, log = CHECKED.run(blender, dist)
+    assert "CHECK a_comparison ok" in log
+    assert "lib_id_delete" not in log

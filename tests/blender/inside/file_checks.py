@@ -463,6 +463,16 @@ def a_view_layer_with_a_long_name():
         assert not last_message(scene), last_message(scene)
 
 
+@check
+def a_comparison():
+    """It prints no error: see test_files.py."""
+    scene, _ = start()
+    update()
+    tree = common.tree_of(scene)
+    tree.links.new(tree.nodes.new("CompositorNodeBlur").outputs[0], add_viewer(tree))
+    bpy.ops.rack_focus.compare(percentage=50, samples=1)
+
+
 def add_viewer(tree):
     """The input of a new Viewer node."""
     return tree.nodes.new("CompositorNodeViewer").inputs["Image"]
