@@ -140,7 +140,8 @@ def parameters(scene, camera, size):
     if is_cut:
         return lens.frame_parameters(camera, settings, render, size)
     params = lens.camera_parameters(camera, render)
-    params.update(settings.method_parameters())
+    white = lens.white_of(render.id_data)
+    params.update(settings.method_parameters(), white=white)
     return params
 
 

@@ -330,6 +330,21 @@ def a_collection_is_kept_sharp():
     same(shot(scene, "instances2.exr"), made)
 
 
+@check
+def the_node_on_an_image_has_the_scenes_white():
+    """As the other node and a crop of it: the scene's exposure."""
+    scene, data = start()
+    scene.view_settings.exposure = 3
+    wanted = addon("lens").white_of(scene)
+    assert wanted == 0.125
+    size = addon("lens").picture_size(scene.render)
+    made = addon("nodes").parameters(scene, scene.camera, size)
+    of_frame = addon("lens").frame_parameters(
+        scene.camera, data.rack_focus, scene.render, size
+    )
+    assert made == of_frame and made["white"] == wanted, made
+
+
 # ---- kept passes ------------------------------------------------------------------
 
 
