@@ -265,6 +265,8 @@ class RackFocusEngine(bpy.types.RenderEngine):
         if not is_refocus:  # a render is never an overlay
             self.show = "picture"
             refocusing.shown.pop(source.name, None)
+            if source.name not in alone | rendering:  # another scene's nodes show it
+                passes.forget(source)
             if source.name not in alone:
                 passes.set_frame(source, depsgraph.scene.frame_current)
         elif passes.frame_of(source) not in (None, depsgraph.scene.frame_current):

@@ -163,6 +163,17 @@ def a_cryptomatte_node_that_leads_nowhere():
     assert not node.mute
 
 
+def add_back(scene, tree):
+    """(scene, node) of another scene that the nodes of one show."""
+    back = bpy.data.scenes.new("Back")
+    common.set_up_cycles(back)
+    back.render.resolution_x, back.render.resolution_y = 72, 48
+    for item in scene.objects:  # the camera too
+        back.collection.objects.link(item)
+    back.camera = scene.camera
+    return back, addon("compat").new_layer_node(tree, back)
+
+
 @check
 def another_scene_in_the_compositor():
     """It has its own lens there, though its own nodes would filter it."""
@@ -170,13 +181,7 @@ def another_scene_in_the_compositor():
     data = scene.camera.data
     data.dof.use_dof = True
     tree, _, output = tree_with_output(scene)
-    back = bpy.data.scenes.new("Back")
-    common.set_up_cycles(back)
-    back.render.resolution_x, back.render.resolution_y = 72, 48
-    for item in scene.objects:  # the camera too
-        back.collection.objects.link(item)
-    back.camera = scene.camera
-    shown = addon("compat").new_layer_node(tree, back)
+    back, shown = add_back(scene, tree)
     tree.links.new(shown.outputs["Image"], output)
     lens = shot(scene, "back0.exr")
     data.rack_focus.enabled = True
@@ -187,6 +192,23 @@ def another_scene_in_the_compositor():
     alone = shot(back, "back2.exr")
     assert not np.array_equal(alone, lens) and tpsnr(alone, lens) > 15
     assert not last_message(back), last_message(back)
+
+
+@check
+def another_scene_that_is_filtered():
+    """By a node of its second scene beside its own; what was kept of it is old then."""
+    scene = bpy.context.scene
+    tree, _, output = tree_with_output(scene)
+    back, _ = add_back(scene, tree)
+    _, data = start(views=2)
+    update()
+    alone = shot(back, "back3.exr")
+    ours = addon("compat").new_layer_node(tree, addon("setup").filter_scene_of(back))
+    tree.links.new(ours.outputs["Image"], output)
+    data.rack_focus.views = 1
+    made = shot(scene, "back4.exr")
+    assert not np.array_equal(made, alone)
+    same(made, shot(back, "back5.exr"))
 
 
 # ---- view layers ------------------------------------------------------------------
