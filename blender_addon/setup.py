@@ -756,10 +756,10 @@ def why_not(scene):
 def is_composited(scene, names):
     """Does one of the scenes that are rendered show what is filtered of `scene`?
 
-    names: of those scenes. Blender renders the others that their nodes show, whose own
-    nodes then count for nothing.
+    names: of those scenes, a set that threads share. Blender renders the others that
+    their nodes show, whose own nodes then count for nothing.
     """
-    ours, rendered = filter_scene_of(scene), map(bpy.data.scenes.get, names)
+    ours, rendered = filter_scene_of(scene), map(bpy.data.scenes.get, tuple(names))
     trees = [tree for one in filter(None, rendered) for tree in all_trees_of(one)]
     return any(layer_nodes(tree, ours) for tree in trees)
 
