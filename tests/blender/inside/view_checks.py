@@ -489,7 +489,7 @@ def restored_after_cancel_and_error():
         (views, "_take", fail, "a fault"),
         (views, "follow", fail, "not placed"),
         (views, "_add_cameras", fail, "a test"),
-        (views, "_hand_over", fail, "a test"),
+        (addon("handover"), "begin", fail, "a test"),
     ):
         whole = getattr(owner, name)
         setattr(owner, name, do)
