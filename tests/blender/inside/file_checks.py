@@ -146,6 +146,34 @@ def a_cryptomatte_node():
 
 
 @check
+def a_cryptomatte_node_in_a_group():
+    """The same with one view, after a refocus and with several; from 5.0 on."""
+    if not addon("compat").HAS_NODE_GROUPS:
+        return
+    scene = bpy.context.scene
+    tree, _, output = tree_with_output(scene)
+    inner = bpy.data.node_groups.new("Mattes", "CompositorNodeTree")
+    addon("compat").new_socket(inner, "Matte", "OUTPUT", "NodeSocketFloat")
+    node = add_matte(scene, inner, None)
+    end = inner.nodes.new("NodeGroupOutput")
+    inner.links.new(node.outputs["Matte"], end.inputs["Matte"])
+    outer = tree.nodes.new("CompositorNodeGroup")
+    outer.node_tree = inner
+    tree.links.new(outer.outputs["Matte"], output)
+    plain = shot(scene, "group0.exr")[..., 0]
+    assert 0.001 < plain.mean() < 0.5
+    _, data = start()
+    update()
+    same(shot(scene, "group1.exr")[..., 0], plain)
+    assert bpy.ops.rack_focus.refocus() == {"FINISHED"}
+    same(result(scene, OUT / "group2.exr")[..., 0], plain)
+    data.rack_focus.views = 3
+    with_views = shot(scene, "group3.exr")[..., 0]
+    assert abs(with_views.mean() / plain.mean() - 1) < 0.3
+    assert node.scene == scene and len(node.keys()) == 0
+
+
+@check
 def a_cryptomatte_node_that_leads_nowhere():
     """A refocus renders nothing."""
     scene = bpy.context.scene
