@@ -204,6 +204,7 @@ def several_views():
     yield from escape()
     yield from wait_for_job()
     FOUND["views_after_escape"] = common.snapshot(scene) == before
+    FOUND["escape_message"] = addon("engine").last_run[scene.name]["message"]
     scene.cycles.samples = 16
     data.rack_focus.views = 1
     bpy.ops.render.render("INVOKE_DEFAULT")
