@@ -22,15 +22,20 @@ extern const char *const probe_head;
         1, 0.3, 0.1, 0.01                                                              \
     }
 
-void probe_write(struct text *out, const struct povray_camera *camera, double scale,
-                 int32_t width, int32_t height);
+struct probe {
+    const struct povray_camera *camera;
+    double scale;          /* of PROBE_SCALES */
+    int32_t width, height; /* of the picture, px */
+    int32_t n_rows;        /* the first ones, which are rendered */
+};
+
+void probe_write(struct text *out, const struct probe *probe);
 
 /*
- * Compares the picture (its first n_rows rows) with the camera, and finds the space in
- * which POV-Ray computed. False with a message where the camera is not the scene's.
+ * Compares the picture with the camera, and finds the space in which POV-Ray computed.
+ * False with a message where the camera is not the scene's.
  */
-bool probe_check(const struct decode_picture *picture, int32_t n_rows,
-                 const struct povray_camera *camera, double scale,
+bool probe_check(const struct probe *probe, const struct decode_picture *picture,
                  struct decode_space *space, struct povray_error *error);
 
 #endif

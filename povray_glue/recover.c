@@ -213,19 +213,24 @@ bool scene_choose_camera(struct povray_scene *scene, struct povray_error *error)
 
 /* ---- the check ------------------------------------------------------------------ */
 
-static int32_t probe_rows(const struct povray_scene *scene)
+static struct probe probe_of(const struct povray_scene *scene)
 {
     int32_t rows = PROBE_PIXELS / scene->width;
     rows = rows < 16 ? 16 : rows;
-    return rows < scene->height ? rows : scene->height;
+    return (struct probe){.camera = &scene->camera,
+                          .scale = scene->probe_scale,
+                          .width = scene->width,
+                          .height = scene->height,
+                          .n_rows = rows < scene->height ? rows : scene->height};
 }
 
 bool scene_start_probe(struct povray_scene *scene, struct run *run,
                        struct povray_error *error)
 {
     struct text tail = {0};
-    probe_write(&tail, &scene->camera, scene->probe_scale, scene->width, scene->height);
-    char *after = text_format("-A -UA +Q6 +SR1 +ER%d", probe_rows(scene));
+    const struct probe probe = probe_of(scene);
+    probe_write(&tail, &probe);
+    char *after = text_format("-A -UA +Q6 +SR1 +ER%d", probe.n_rows);
     const struct scene_render render = {.name = "probe",
                                         .mode = REWRITE_PINHOLE,
                                         .head = probe_head,
@@ -241,9 +246,9 @@ bool scene_check_probe(struct povray_scene *scene, const struct run *run,
                        struct povray_error *error)
 {
     struct decode_picture picture = {0};
+    const struct probe probe = probe_of(scene);
     bool is_good = scene_read(scene, run, &picture, error);
-    if (is_good && !probe_check(&picture, probe_rows(scene), &scene->camera,
-                                scene->probe_scale, &scene->space, error))
+    if (is_good && !probe_check(&probe, &picture, &scene->space, error))
         is_good = scene_fail(scene, error);
     free(picture.rgba);
     return is_good;

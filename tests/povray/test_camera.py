@@ -143,6 +143,58 @@ def test_what_is_as_near_as_the_probe(camera, tmp_path):
     assert camera("s.pov", cwd=tmp_path)["location"] == near(8e5, 1, -5)
 
 
+NARROW = "location <0,0,-4> look_at 0 angle 40"
+IN_SHAPE = "right x*image_width/image_height"
+FLAT = (
+    "orthographic location <0,0,-4> look_at 0 right x*8 up y*8*image_height/image_width"
+)
+SHEARED = "matrix <1,0,0.6, 0.3,1,0.2, 0,0,1, 0,0,0>"
+VIEWS = {
+    "narrow": f"{NARROW} {IN_SHAPE}",
+    "wide": f"location <0,0,-4> look_at 0 angle 90 {IN_SHAPE}",
+    "pixels that are no squares": NARROW,
+    "orthographic": FLAT,
+    "sheared": f"{NARROW} {IN_SHAPE} {SHEARED}",
+    "sheared orthographic": f"{FLAT} {SHEARED}",
+}
+
+
+@pytest.mark.parametrize("view", VIEWS)
+@pytest.mark.parametrize("size", ["400x100", "100x400", "800x100", "10x10"])
+def test_panoramas_and_banners(camera, tmp_path, view, size):
+    """The card that tells the space leaves room for the check in any picture."""
+    (tmp_path / "s.pov").write_text(
+        "#version 3.7; global_settings { assumed_gamma 1.5 }\n"
+        f"camera {{ {VIEWS[view]} }}\n"
+        "plane { z,3 pigment { checker rgb 1 rgb 0 } }"
+    )
+    width, height = size.split("x")
+    found = camera("s.pov", povray=[f"+W{width}", f"+H{height}"], cwd=tmp_path)
+    assert found["gamma"] == 1.5
+    assert found["location"] == near(0, 0, -4)
+    if "image_width" in VIEWS[view]:
+        shape = found["right"][0] / found["up"][1]
+        assert shape == approx(int(width) / int(height))
+
+
+@pytest.mark.parametrize("size", ["1500x500", "4000x128", "3200x100", "4000x3000"])
+def test_large_pictures(camera, tmp_path, size):
+    """Of 4000x3000 only the first rows are rendered for the check."""
+    (tmp_path / "s.pov").write_text(
+        "camera { location <0,0,-4> angle 40 right x*image_width/image_height }\n"
+        "plane { z,3 pigment { checker rgb 1 rgb 0 } }"
+    )
+    width, height = size.split("x")
+    found = camera("s.pov", povray=[f"+W{width}", f"+H{height}"], cwd=tmp_path)
+    assert found["location"] == near(0, 0, -4)
+
+
+def test_guesses_in_a_banner(camera):
+    """Another camera than the scene's does not pass the check."""
+    found = camera("guesses.pov", povray=["+W400", "+H40"])
+    assert found["location"] == near(4, 1.5, -5)
+
+
 def test_a_scene_too_small_for_povray(rackfocus, tmp_path):
     (tmp_path / "s.pov").write_text(
         "camera { location <0,1e-5,-5e-5> look_at <0,1e-5,0> }\n"
