@@ -9,6 +9,8 @@
 #include <string.h>
 
 #include "camera.h"
+#include "image.h"
+#include "ini.h"
 #include "probe.h"
 #include "scene.h"
 #include "text.h"
@@ -19,6 +21,11 @@
 #define LEAST_SIZE 1e-3
 /* Rounds in which files under computed names are looked for. */
 #define MAX_COMPUTED 4
+/* Side of the smallest picture that shows whether a camera is right, px. */
+#define LEAST_SIDE 2
+/* POV-Ray's size where no option gives one, px. */
+#define USUAL_WIDTH 160
+#define USUAL_HEIGHT 120
 /* Pixels that the probe renders at most. */
 #define PROBE_PIXELS 1000000
 
@@ -93,8 +100,51 @@ static char *record_items(struct povray_scene *scene, struct povray_error *error
     return records;
 }
 
+/* A picture's size as options ask for it, px. */
+struct size {
+    double width, height;
+};
+
+/* The number of "+W640", but not of "+WL5", which is another option. */
+static void note_side(double *side, const char *value)
+{
+    char *end;
+    const double number = value ? strtod(value, &end) : 0;
+    if (value && strchr("+-.0123456789", *value) && end > value)
+        *side = trunc(number);
+}
+
+static void note_size(void *user, const char *option, const char *file)
+{
+    struct size *size = user;
+    (void)file;
+    note_side(&size->width, ini_value(option, "Width", "W"));
+    note_side(&size->height, ini_value(option, "Height", "H"));
+}
+
+/* POV-Ray renders sizes below 1 without end, or divides by them. */
+static bool check_size(const struct povray_scene *scene, struct size size,
+                       struct povray_error *error)
+{
+    const double shorter = fmin(size.width, size.height);
+    const double longer = fmax(size.width, size.height);
+    if (shorter >= LEAST_SIDE && longer <= IMAGE_MAX_SIDE)
+        return true;
+    snprintf(error->message, sizeof error->message,
+             "%s: the picture would be %.0fx%.0f px, which is too %s; give +W and +H, "
+             "each from %d to %d, after --",
+             scene->options.scene, size.width, size.height,
+             shorter < LEAST_SIDE ? "small" : "large", LEAST_SIDE, IMAGE_MAX_SIDE);
+    return false;
+}
+
 bool scene_find_items(struct povray_scene *scene, struct povray_error *error)
 {
+    const struct povray_options *options = &scene->options;
+    struct size size = {USUAL_WIDTH, USUAL_HEIGHT};
+    ini_walk(options->args, options->n_args, note_size, &size);
+    if (!check_size(scene, size, error))
+        return false;
     char *records = record_items(scene, error);
     if (!records) {
         /* Was it the scene or our writing between its lines? */
@@ -106,20 +156,20 @@ bool scene_find_items(struct povray_scene *scene, struct povray_error *error)
             snprintf(error->message, sizeof error->message,
                      "%s: the camera's items could not be followed; write the camera "
                      "out in full in the scene",
-                     scene->options.scene);
+                     options->scene);
         else if (!error->is_interrupted)
             *error = own;
         free(plain);
         return false;
     }
-    double width = 0, height = 0;
-    records_find_number(records, "width", &width);
-    records_find_number(records, "height", &height);
-    scene->width = (int32_t)width;
-    scene->height = (int32_t)height;
+    size = (struct size){0, 0};
+    records_find_number(records, "width", &size.width);
+    records_find_number(records, "height", &size.height);
+    scene->width = (int32_t)size.width;
+    scene->height = (int32_t)size.height;
     free(scene->records);
     scene->records = records;
-    return !glue_is_lost();
+    return check_size(scene, size, error) && !glue_is_lost();
 }
 
 /* Puts the scene's name before the message. */

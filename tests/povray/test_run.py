@@ -409,6 +409,36 @@ def test_bad_usage(rackfocus, arguments, code, words):
 
 
 @pytest.mark.parametrize(
+    "options, words",
+    [
+        ("+W0 +H10", "0x10 px, which is too small; give +W and +H, each from 2"),
+        ("+W10 +H0", "10x0 px, which is too small"),
+        ("+W-5 +H10", "-5x10 px, which is too small"),
+        ("+W1 +H2", "1x2 px, which is too small"),
+        ("Width=0.5 Height=9", "0x9 px, which is too small"),
+        ("small.ini", "160x0 px, which is too small"),
+        ("+W70000 +H70000", "70000x70000 px, which is too large"),
+    ],
+)
+def test_sizes_that_are_none(rackfocus, tmp_path, options, words):
+    (tmp_path / "s.pov").write_text(SCENE)
+    (tmp_path / "small.ini").write_text("Height = 0 ; px\n")
+    (tmp_path / "povray.ini").write_text("; nothing, so that POV-Ray's own size counts")
+    found = rackfocus("povray", "s.pov", "-o", "o.exr", "--", *options.split(),
+                      cwd=tmp_path, code=1)  # fmt: skip
+    assert f"s.pov: the picture would be {words}" in found.stderr
+
+
+@pytest.mark.parametrize("options", ["+W2 +H2", "+W9 +WL0 +H2", "+W0 +W3 +H2"])
+def test_the_smallest_pictures(rackfocus, tmp_path, options):
+    (tmp_path / "s.pov").write_text(SCENE)
+    words = ["povray", "s.pov", "-o", "o.exr", "--", *options.split()]
+    rackfocus(*words, cwd=tmp_path)
+    size = {"+W2": (2, 2), "+W9": (2, 9), "+W0": (2, 3)}[options.split()[0]]
+    assert read_exr(tmp_path / "o.exr")["R"].shape == size
+
+
+@pytest.mark.parametrize(
     ("options", "word"),
     [
         (["--reference-output", "lens.exr"], "needs --reference"),
