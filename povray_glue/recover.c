@@ -209,15 +209,32 @@ static void choose_focus(struct povray_camera *camera,
     }
 }
 
-/* May the scene make its camera while it is parsed? No file read so far has one. */
-static bool may_make_camera(const struct povray_scene *scene)
+/* No file read so far has a camera. */
+static bool is_without_camera(const struct povray_scene *scene)
 {
     int n;
     char **list = records_list(scene->records, "camera", &n);
     for (int i = 0; i < n; i++)
         free(list[i]);
     free(list);
-    return n == 0 && scene->sources.writes_files;
+    return n == 0;
+}
+
+/* May the scene make its camera while it is parsed? */
+static bool may_make_camera(const struct povray_scene *scene)
+{
+    return scene->sources.writes_files && is_without_camera(scene);
+}
+
+/* What is missing for POV-Ray's usual camera to have a lens. */
+static const char *lens_of_usual_camera(const struct povray_scene *scene)
+{
+    return may_make_camera(scene)
+               ? "the scene writes out no camera; give a lens for POV-Ray's usual one "
+                 "with --aperture and --focal-point, or, where the scene makes a "
+                 "camera while it is parsed (Parse_String, #fopen), write it out"
+               : "the scene writes out no camera; give a lens for POV-Ray's usual one "
+                 "with --aperture and --focal-point, or write a camera into the scene";
 }
 
 /* The camera of the records, with the user's lens in place of the scene's. */
@@ -241,17 +258,16 @@ bool scene_choose_camera(struct povray_scene *scene, struct povray_error *error)
     if (options->wants_lens && options->has_aperture && camera->aperture == 0)
         what = "an aperture of 0 blurs nothing, and POV-Ray itself makes that picture; "
                "give a larger --aperture, or leave it out for the scene's";
-    else if (options->wants_lens && camera->aperture == 0 && may_make_camera(scene))
-        what =
-            "the scene writes out no camera; give a lens for POV-Ray's usual one with "
-            "--aperture and --focal-point, or, where the scene makes a camera while "
-            "it is parsed (Parse_String, #fopen), write it out";
     else if (options->wants_lens && camera->aperture == 0)
-        what = "the scene's camera has no aperture; give one with --aperture";
+        what = is_without_camera(scene)
+                   ? lens_of_usual_camera(scene)
+                   : "the scene's camera has no aperture; give one with --aperture";
     else if ((options->has_aperture || options->has_f_stop) && !has_lens &&
              camera->focus == POVRAY_FOCUS_DIRECTION)
-        what = "the camera has neither focal_point nor look_at to focus on; give a "
-               "point with --focal-point or a distance with --focus-distance";
+        what = is_without_camera(scene)
+                   ? lens_of_usual_camera(scene)
+                   : "the camera has neither focal_point nor look_at to focus on; give "
+                     "a point with --focal-point or a distance with --focus-distance";
     else if (!(camera->focus_distance > 0))
         what = "the focal point lies in the camera; give another with --focal-point or "
                "--focus-distance";

@@ -361,7 +361,12 @@ def test_no_antialiasing_is_no_wish_for_few_samples(
     "arguments, code, words",
     [
         (["missing.pov", "-o", "o.exr"], 1, "missing.pov: No such file"),
-        (["no_camera.pov", "-o", "o.exr"], 1, "no aperture; give one with --aperture"),
+        (["no_camera.pov", "-o", "o.exr"], 1, "no camera; give a lens for POV-Ray's"),
+        (
+            ["no_camera.pov", "-o", "o.exr", "--aperture=0.5"],
+            1,
+            "with --aperture and --focal-point, or write a camera into the scene",
+        ),
         (["macro.pov"], 2, "needs an output"),
         (["macro.pov", "-o", "o.txt"], 2, "end the name in .exr or .png"),
         (["macro.pov", "-o", "o.exr", "--focal-point", "1,2"], 2, "three numbers"),
@@ -406,6 +411,19 @@ def test_no_antialiasing_is_no_wish_for_few_samples(
 def test_bad_usage(rackfocus, arguments, code, words):
     text = rackfocus("povray", *arguments, code=code).stderr
     assert words in text, text
+
+
+@pytest.mark.parametrize(
+    "options, words",
+    [
+        ([], "the scene's camera has no aperture; give one with --aperture"),
+        (["--aperture=0.5"], "the camera has neither focal_point nor look_at to"),
+    ],
+)
+def test_what_a_camera_lacks(rackfocus, tmp_path, options, words):
+    (tmp_path / "s.pov").write_text("camera { location z*-5 } sphere { 0, 1 }")
+    found = rackfocus("povray", "s.pov", "-o", "o.exr", *options, cwd=tmp_path, code=1)
+    assert words in found.stderr
 
 
 @pytest.mark.parametrize(
