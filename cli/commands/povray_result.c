@@ -149,7 +149,10 @@ int povray_compare_reference(struct povray_job *job, const char *output, double 
                                               picture.height, &measures);
     printf("POV-Ray's focal blur, %d samples: %.2f s\n", job->tool->n_reference,
            seconds);
-    printf("rackfocus: %.2f s, %.1f times faster\n", own_s, seconds / own_s);
+    const bool is_faster = own_s <= seconds;
+    printf("rackfocus: %.2f s, %.1f times %s\n", own_s,
+           is_faster ? seconds / own_s : own_s / seconds,
+           is_faster ? "faster" : "slower");
     if (is_measured)
         printf("tPSNR %.2f dB\n", measures.tpsnr_db);
     picture_free(&picture);

@@ -37,6 +37,23 @@ def test_focalblur_beats_the_bar(rackfocus, tmp_path):
     assert tpsnr(found) > 36  # the reference itself is grainy at 120 samples
 
 
+@pytest.mark.parametrize("options", [["--views", "8"], []])
+def test_how_much_faster(rackfocus, tmp_path, options):
+    """Or slower, where a few samples of POV-Ray's own take less time."""
+    (tmp_path / "s.pov").write_text(SCENE)
+    found = rackfocus("povray", "s.pov", "-o", "o.exr", "--reference", "4", *options,
+                      "--", "+W32", "+H24", cwd=tmp_path).stdout  # fmt: skip
+    own_s, times, word = re.search(
+        r"rackfocus: ([0-9.]+) s, ([0-9.]+) times (\w+)", found
+    ).groups()
+    reference_s = float(re.search(r"4 samples: ([0-9.]+) s", found).group(1))
+    own_s = float(own_s)
+    assert word == ("slower" if own_s > reference_s else "faster")
+    ratio = max(own_s, reference_s) / min(own_s, reference_s)
+    assert float(times) == pytest.approx(ratio, abs=0.1)
+    assert word == "slower" or not options
+
+
 def test_the_reference_is_kept(rackfocus, tmp_path):
     """POV-Ray's own focal blur: what the printed score is about."""
     (tmp_path / "s.pov").write_text(SCENE)
