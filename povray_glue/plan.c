@@ -208,6 +208,20 @@ static bool check_ini(const char *ini, const char *operand, struct povray_error 
     return false;
 }
 
+/* POV-Ray has no options that begin with two signs but those of its help. */
+static bool check_args(char *const *args, int n_args, struct povray_error *error)
+{
+    for (int i = 0; i < n_args; i++)
+        if (strncmp(args[i], "--", 2) == 0) {
+            snprintf(error->message, sizeof error->message,
+                     "%s: options of rackfocus go before --; behind it stand those of "
+                     "POV-Ray, as +W640 or Width=640",
+                     args[i]);
+            return false;
+        }
+    return true;
+}
+
 bool povray_plan_make(struct povray_plan *plan, const char *operand, char *const *args,
                       int n_args, struct povray_error *error)
 {
@@ -219,7 +233,8 @@ bool povray_plan_make(struct povray_plan *plan, const char *operand, char *const
     }
     *error = (struct povray_error){.message = ""};
     *plan = (struct povray_plan){.first = 1, .last = 1};
-    bool is_good = copy_args(plan, ini ? operand : NULL, args, n_args) &&
+    bool is_good = check_args(args, n_args, error) &&
+                   copy_args(plan, ini ? operand : NULL, args, n_args) &&
                    (!ini || check_ini(ini, operand, error));
     if (is_good) {
         ini_walk(plan->args, plan->n_args, note_option, &found);

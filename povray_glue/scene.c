@@ -7,8 +7,10 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 
 #include "folder.h"
+#include "ini.h"
 #include "text.h"
 
 bool scene_fail_file(struct povray_error *error, const char *path)
@@ -197,6 +199,46 @@ static bool explain_missing_file(const struct povray_scene *scene, char *warning
     return explain_parse_error(scene, from, error);
 }
 
+/* Is the option neither a switch, NAME=VALUE nor a scene, nor a file that is there, with
+ * or without the ending of initialisation files? */
+static bool is_stray(const char *option)
+{
+    char *file = ini_file(option), *longer = text_format("%s.ini", or_nothing(file));
+    const size_t n = strlen(option);
+    const bool is_other = strchr("+-", option[0]) || strchr(option, '=') ||
+                          (n > 4 && strcasecmp(option + n - 4, ".pov") == 0) || !file ||
+                          !longer || path_is_file(file) || path_is_file(longer);
+    free(file);
+    free(longer);
+    return !is_other;
+}
+
+/* POV-Ray repeats its whole command line where it cannot read a part of it. */
+static bool explain_options(const struct povray_scene *scene, const char *log,
+                            struct povray_error *error)
+{
+    const struct povray_options *options = &scene->options;
+    struct text list = {0};
+    if (options->n_args == 0 || !strstr(log, "Failed to parse command-line option"))
+        return false;
+    for (int i = 0; i < options->n_args; i++)
+        if (is_stray(options->args[i])) {
+            snprintf(error->message, sizeof error->message,
+                     "%s: '%s' is no option of POV-Ray and no initialisation file; "
+                     "options begin with + or -, as +W640, or are as Width=640",
+                     options->scene, options->args[i]);
+            return true;
+        }
+    for (int i = 0; i < options->n_args; i++)
+        text_addf(&list, " %s", options->args[i]);
+    snprintf(error->message, sizeof error->message,
+             "%s: POV-Ray cannot read one of its options, or a line of the "
+             "initialisation files among them; correct it:%s",
+             options->scene, or_nothing(list.data));
+    text_free(&list);
+    return true;
+}
+
 void scene_explain(const struct povray_scene *scene, const struct run *run,
                    struct povray_error *error)
 {
@@ -204,7 +246,8 @@ void scene_explain(const struct povray_scene *scene, const struct run *run,
          *warnings = run_stream(run, "warning");
     const bool is_explained =
         explain_parse_error(scene, or_nothing(fatal), error) ||
-        (warnings && explain_missing_file(scene, warnings, error));
+        (warnings && explain_missing_file(scene, warnings, error)) ||
+        explain_options(scene, or_nothing(log), error);
     if (!is_explained)
         explain_log(scene, or_nothing(log), error);
     free(fatal);

@@ -422,12 +422,37 @@ def test_no_antialiasing_is_no_wish_for_few_samples(
         (["missing.ini[a]", "-o", "o.exr"], 1, "missing.ini: no such file"),
         (["sections.ini[b]", "-o", "o.exr"], 1, "sections.ini[b]: the file has no"),
         (["macro.pov", "-o", "missing/o.exr"], 1, "missing/o.exr"),
-        (["macro.pov", "-o", "o.exr", "--", "+Wx"], 1, "POV-Ray says"),
+        (
+            ["macro.pov", "-o", "o.exr", "--", "+W80", "--aperture", "1"],
+            1,
+            "--aperture: options of rackfocus go before --",
+        ),
     ],
 )
 def test_bad_usage(rackfocus, arguments, code, words):
     text = rackfocus("povray", *arguments, code=code).stderr
     assert words in text, text
+
+
+@pytest.mark.parametrize(
+    "options, words",
+    [
+        ("+W80 W160", "'W160' is no option of POV-Ray"),
+        ("small w160", "'w160' is no option of POV-Ray"),
+        ("lost.ini", "'lost.ini' is no option of POV-Ray and no initialisation file"),
+        ("macro", "'macro' is no option"),  # a scene has its ending
+        ("lost.ini[a]", "'lost.ini[a]' is no option"),
+        ("macro.pov small.ini[a] +Wx", "POV-Ray cannot read one of its options, or"),
+        ("+Wx", "POV-Ray cannot read one of its options, or"),
+    ],
+)
+def test_options_that_povray_cannot_read(rackfocus, tmp_path, options, words):
+    """POV-Ray repeats its command line, which is ours with private folders."""
+    (tmp_path / "s.pov").write_text(SCENE)
+    (tmp_path / "small.ini").write_text("+W32 +H24")
+    found = rackfocus("povray", "s.pov", "-o", "o.exr", "--", *options.split(),
+                      cwd=tmp_path, code=1)  # fmt: skip
+    assert f"s.pov: {words}" in found.stderr and "/tmp" not in found.stderr
 
 
 @pytest.mark.parametrize(
