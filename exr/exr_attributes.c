@@ -85,7 +85,7 @@ static exr_result_t copy_strings(exr_context_t to, int part, const exr_attribute
     return result;
 }
 
-static exr_result_t copy_attribute(exr_context_t to, int part, const exr_attribute_t *a)
+exr_result_t image_copy_attribute(exr_context_t to, int part, const exr_attribute_t *a)
 {
     static const float no_floats[1];
     exr_attribute_t *made = NULL;
@@ -198,7 +198,7 @@ exr_result_t image_copy_attributes(exr_context_t to, int part,
             continue;
         const struct image_attribute *new_value = find_new(output, a->name);
         if (!new_value)
-            result = copy_attribute(to, part, a);
+            result = image_copy_attribute(to, part, a);
         else if (like_part != output->like_part)
             result = set_attribute(to, part, new_value);
     }

@@ -68,16 +68,10 @@ static bool fill_channel(float *samples, size_t n, int32_t width, int32_t height
 static void find_weights(const struct image_input *input, int part, double w[3])
 {
     double c[8] = {0.64, 0.33, 0.3, 0.6, 0.15, 0.06, 0.3127, 0.329};
-    const exr_attribute_t *a;
-    if (exr_get_attribute_by_name(input->context, part, "chromaticities", &a) ==
-            EXR_ERR_SUCCESS &&
-        a->type == EXR_ATTR_CHROMATICITIES) {
-        const exr_attr_chromaticities_t *p = a->chromaticities;
-        const float given[8] = {p->red_x,  p->red_y,  p->green_x, p->green_y,
-                                p->blue_x, p->blue_y, p->white_x, p->white_y};
+    float given[8];
+    if (image_find_chromaticities(input, part, given))
         for (int i = 0; i < 8; i++)
             c[i] = (double)given[i];
-    }
     double x = c[6] / c[7], z = (1 - c[6] - c[7]) / c[7], m[3][3], sum = 0;
     for (int i = 0; i < 3; i++) { /* XYZ of each primary per unit of its Y */
         m[0][i] = c[2 * i] / c[2 * i + 1];

@@ -124,6 +124,38 @@ exr_result_t image_set_attributes(exr_context_t to, int part,
 exr_result_t image_copy_attributes(exr_context_t to, int part,
                                    const struct image_output *output, int like_part);
 
+/* One attribute, under its own name. */
+exr_result_t image_copy_attribute(exr_context_t to, int part, const exr_attribute_t *a);
+
+/* ---- exr_alike.c ----------------------------------------------------------------- */
+
+/* Red, green, blue and white, x and y each. */
+extern const float image_rec709[8];
+/* False, with nothing filled, where the part has none. */
+bool image_find_chromaticities(const struct image_input *input, int part,
+                               float values[8]);
+
+/* Are the parts of a file alike? OpenEXRCore refuses others since 3.3 only. */
+bool image_check_parts(const struct image_input *input, struct image_error *error);
+
+/* Attributes that are alike in all parts of a file, without those of the structure. */
+enum { IMAGE_N_ALIKE = 3 };
+extern const char *const image_alike_names[IMAGE_N_ALIKE + 1]; /* NULL at its end */
+
+/* Their values for files that are joined to one; NULL: none has it. */
+struct image_alike {
+    const exr_attribute_t *values[IMAGE_N_ALIKE];
+};
+
+/*
+ * Can the first parts of n files stand in one file? Then the values that count for all:
+ * those of the first that has them.
+ */
+bool image_plan_alike(struct image_input *const *inputs, int n,
+                      struct image_alike *alike, struct image_error *error);
+exr_result_t image_set_alike(exr_context_t to, int part,
+                             const struct image_alike *alike);
+
 /* Is `name` in output->dropped? */
 bool image_is_dropped(const struct image_output *output, const char *name);
 

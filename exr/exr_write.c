@@ -155,7 +155,7 @@ void image_write_abort(struct image_writer *writer)
 /* Part i of the file is the first of input i. */
 static bool plan_joined(struct writer *w, struct image_input *const *inputs,
                         const char *const *views, struct image_output *outputs,
-                        struct image_attribute *attributes)
+                        struct image_attribute *attributes, struct image_alike *alike)
 {
     for (int i = 0; i < w->n_parts; i++) {
         if (inputs[i]->n_parts != 1 || inputs[i]->parts[0].is_deep)
@@ -165,15 +165,17 @@ static bool plan_joined(struct writer *w, struct image_input *const *inputs,
                 image_path(inputs[i]));
         attributes[i] = (struct image_attribute){
             .name = "view", .type = IMAGE_ATTRIBUTE_STRING, .text = views[i]};
-        outputs[i] = (struct image_output){
-            .like = inputs[i], .attributes = &attributes[i], .n_attributes = 1};
+        outputs[i] = (struct image_output){.like = inputs[i],
+                                           .attributes = &attributes[i],
+                                           .n_attributes = 1,
+                                           .dropped = image_alike_names};
         struct out_part *part = &w->parts[i];
         *part = (struct out_part){
-            .output = &outputs[i], .name = views[i], .is_copied = true};
+            .output = &outputs[i], .name = views[i], .alike = alike, .is_copied = true};
         writer_plan_windows(&outputs[i], part);
         part->compression = image_compression_number(inputs[i]->parts[0].compression);
     }
-    return true;
+    return image_plan_alike(inputs, w->n_parts, alike, w->error);
 }
 
 bool image_join_views(const char *path, struct image_input *const *inputs,
@@ -182,13 +184,15 @@ bool image_join_views(const char *path, struct image_input *const *inputs,
     struct writer w = {.path = path, .n_threads = 1, .error = error, .n_parts = n};
     struct image_output *outputs = calloc((size_t)n, sizeof *outputs);
     struct image_attribute *attributes = calloc((size_t)n, sizeof *attributes);
+    struct image_alike alike;
     w.parts = calloc((size_t)n, sizeof *w.parts);
     bool is_good = outputs && attributes && w.parts;
     if (!is_good)
         image_lacks_memory(error, path);
     if (is_good && partial_open(&w.file, path, error))
-        is_good = end_file(&w, plan_joined(&w, inputs, views, outputs, attributes) &&
-                                   write_planned(&w));
+        is_good =
+            end_file(&w, plan_joined(&w, inputs, views, outputs, attributes, &alike) &&
+                             write_planned(&w));
     else {
         is_good = false;
         writer_free_plan(&w);

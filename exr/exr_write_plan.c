@@ -232,6 +232,8 @@ bool writer_check(const struct image_output *output, const char *path,
                               "picture made of them",
                               image_path(output->like));
     }
+    if (output->like && output->pass_through && !image_check_parts(output->like, error))
+        return false;
     if (output->n_channels < 1)
         return image_fail(error, path, "no channel to write");
     if (output->tile_size < 0 || output->tile_size > IMAGE_MAX_SIDE)
@@ -412,6 +414,8 @@ static exr_result_t add_part(struct writer *w, int index)
     if (result == EXR_ERR_SUCCESS && like)
         result =
             image_copy_attributes(w->context, index, part->output, part->like_part);
+    if (result == EXR_ERR_SUCCESS && part->alike)
+        result = image_set_alike(w->context, index, part->alike);
     return result;
 }
 

@@ -17,8 +17,9 @@ struct out_channel {
 
 struct out_part {
     const struct image_output *output;
-    int like_part;    /* of output->like; -1: none */
-    const char *name; /* NULL: as there */
+    int like_part;                   /* of output->like; -1: none */
+    const char *name;                /* NULL: as there */
+    const struct image_alike *alike; /* of a joined file; NULL: what `like` has */
     bool is_copied;
     int compression;
     exr_attr_box2i_t data_window, display_window;

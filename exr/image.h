@@ -235,9 +235,19 @@ bool image_write(const char *path, const struct image_output *output, int n_thre
                  struct image_error *error);
 
 /*
+ * Can what is in two files stand in one? EXR wants display window, pixel aspect and
+ * chromaticities (Rec. 709 where there are none) alike in all parts of a file. The error
+ * names b, the attribute and both values; there is no way out in it.
+ */
+bool image_check_alike(const struct image_input *a, const struct image_input *b,
+                       struct image_error *error);
+
+/*
  * Joins n files of one flat part each to a multi-view file: part i is that of
  * inputs[i], as compressed, with all its attributes; its name and its view are
- * views[i], which are all different. Beside `path` and renamed.
+ * views[i], which are all different. Time code and chromaticities are those of the first
+ * that has them; files that image_check_alike() refuses are not joined, but where one
+ * has no chromaticities. Beside `path` and renamed.
  */
 bool image_join_views(const char *path, struct image_input *const *inputs,
                       const char *const *views, int n, struct image_error *error);

@@ -263,6 +263,64 @@ static bool name_pair(char *const *paths, struct eye *eyes, struct image_error *
     return true;
 }
 
+/* ---- the headers of a pair ------------------------------------------------------- */
+
+/* Parameters are those of the first header, which count in its pixels. */
+static bool check_shapes(char *const *paths, struct image_input *const *eyes,
+                         struct image_error *error)
+{
+    int n;
+    const struct image_part_info *a = image_parts(eyes[0], &n);
+    const struct image_part_info *b = image_parts(eyes[1], &n);
+    const struct image_box *p = &a->display_window, *q = &b->display_window;
+    const int width[2] = {p->max_x - p->min_x + 1, q->max_x - q->min_x + 1};
+    const int height[2] = {p->max_y - p->min_y + 1, q->max_y - q->min_y + 1};
+    if (width[0] != width[1] || height[0] != height[1])
+        return set_error(error,
+                         "%.400s: its displayWindow has %d x %d px, that of %.400s "
+                         "%d x %d; render both eyes in one size, or filter each by "
+                         "itself, without --stereo",
+                         paths[1], width[1], height[1], paths[0], width[0], height[0]);
+    return a->pixel_aspect == b->pixel_aspect ||
+           set_error(error,
+                     "%.400s: its pixelAspectRatio is %.9g, that of %.400s %.9g; "
+                     "render both eyes with one, or filter each by itself, without "
+                     "--stereo",
+                     paths[1], (double)b->pixel_aspect, paths[0],
+                     (double)a->pixel_aspect);
+}
+
+static bool check_headers(const struct filter_options *tool, char *const *paths,
+                          struct image_input *const *eyes, struct image_error *error)
+{
+    struct image_error found;
+    if (!check_shapes(paths, eyes, error))
+        return false;
+    if (filter_has_view_mark(tool->output) ||
+        image_check_alike(eyes[0], eyes[1], &found))
+        return true;
+    return set_error(error,
+                     "%s; EXR wants it alike in all views of a file: give both files "
+                     "the same, or write a file for each with %%V in its name, as in "
+                     "-o out_%%V.exr",
+                     found.message);
+}
+
+/* Two files: can they be filtered with one header, and joined where one file is to be
+ * written? Views of one file can. */
+static bool check_pair(const struct filter_options *tool, char *const *paths,
+                       struct image_error *error)
+{
+    struct image_input *eyes[2] = {NULL};
+    const bool is_good = image_open(&eyes[0], paths[0], error) &&
+                         image_open(&eyes[1], paths[1], error) &&
+                         check_headers(tool, paths, eyes, error);
+    for (int i = 0; i < 2; i++)
+        if (eyes[i])
+            image_close(eyes[i]);
+    return is_good;
+}
+
 static bool join_eyes(const struct filter_options *tool, const struct folder *folder,
                       const struct eye *eyes, struct image_error *error)
 {
@@ -347,7 +405,7 @@ int filter_stereo(const struct filter_options *tool, struct settings *settings,
     int n = 2;
     if (n_paths == 1)
         n = list_inside(paths[0], eyes, error);
-    else if (!name_pair(paths, eyes, error))
+    else if (!name_pair(paths, eyes, error) || !check_pair(tool, paths, error))
         n = 0;
     if (n == 0 || !picture_check_writable(tool->output, error))
         return fail_image(error);

@@ -34,6 +34,8 @@ def _value(name, value):
         texts = [text.encode() for text in value]
         packed = b"".join(struct.pack("<i", len(text)) + text for text in texts)
         return _attribute(name, "stringvector", packed)
+    if isinstance(value[0], str):  # a type and its bytes
+        return _attribute(name, *value)
     if len(value) == 16:
         return _attribute(name, "m44f", struct.pack("<16f", *value))
     return _attribute(name, "v2f", struct.pack("<2f", *value))

@@ -3,6 +3,7 @@
 
 import json
 import pathlib
+import struct
 
 import numpy
 import OpenImageIO
@@ -306,6 +307,90 @@ def test_wrong_stereo(rackfocus, pair, both, tmp_path, options, text, code):
         options = [*options, "-o", "o.exr"]
     done = rackfocus("filter", *options, "--stereo", cwd=tmp_path, code=code)
     assert text in done.stderr
+
+
+def chromaticities(*values):
+    return {"chromaticities": ("chromaticities", struct.pack("<8f", *values))}
+
+
+def time_code(value):
+    return {"timeCode": ("timecode", struct.pack("<2I", value, 0))}
+
+
+REC709 = chromaticities(0.64, 0.33, 0.3, 0.6, 0.15, 0.06, 0.3127, 0.329)
+ACES = chromaticities(0.7347, 0.2653, 0, 1, 0.0001, -0.077, 0.32168, 0.33767)
+
+
+@pytest.mark.parametrize(
+    "left, right, words, is_refused_each",
+    [
+        ({"display": (0, 0, 59, 39)}, {}, "displayWindow 48x32 60x40 size", True),
+        ({}, {"aspect": 2.0}, "pixelAspectRatio 2 1 itself", True),
+        ({"display": (0, 0, 59, 39)}, {"display": (1, 0, 60, 39)},
+         "displayWindow (1,0)to(60,39) (0,0)to(59,39) out_%V.exr", False),
+        (REC709, ACES, "chromaticities 0.7347 0.64 out_%V.exr", False),
+        ({}, ACES, "chromaticities 0.7347 Rec.709 out_%V.exr", False),
+        (ACES, {}, "chromaticities 0.7347 Rec.709 out_%V.exr", False),
+    ],
+)  # fmt: skip
+def test_eyes_that_fit_no_file(
+    rackfocus, scene, tmp_path, left, right, words, is_refused_each
+):
+    """EXR wants these alike in all parts; no reader opens a file where they differ."""
+    for name, eye in (("left", left), ("right", right)):
+        options = {key: eye[key] for key in ("display", "aspect") if key in eye}
+        own = {key: eye[key] for key in eye if key not in options}
+        scene(f"{name}.exr", attributes=LENS | own, **options)
+    for out, is_refused in (("o.exr", True), ("o_%V.exr", is_refused_each)):
+        done = rackfocus("filter", "left.exr", "right.exr", "--stereo", "-o", out,
+                         cwd=tmp_path, code=1 if is_refused else 0)  # fmt: skip
+        if not is_refused:
+            assert (tmp_path / "o_left.exr").exists()
+            continue
+        assert "radii" not in done.stdout  # nothing was filtered
+        assert "right.exr: its" in done.stderr and "that of left.exr" in (
+            done.stderr.replace("those of", "that of")
+        )
+        text = done.stderr.replace(" x ", "x").replace(" ", "")
+        assert all(word in text for word in words.split())
+        assert not list(tmp_path.glob("o*.exr"))
+
+
+@pytest.mark.parametrize(
+    "left, right",
+    [
+        (ACES | time_code(7), ACES | time_code(8)),
+        (REC709, {}),
+        ({}, REC709 | time_code(8)),
+        (time_code(7), {}),
+    ],
+)
+def test_one_time_code_and_one_kind_of_colours(rackfocus, scene, tmp_path, left, right):
+    """The first eye's value in all, where EXR wants one."""
+    scene("left.exr", attributes=LENS | left)
+    scene("right.exr", attributes=LENS | right)
+    rackfocus("filter", "left.exr", "right.exr", "--stereo", "-o", "o.exr",
+              cwd=tmp_path)  # fmt: skip
+    rackfocus("info", "o.exr", cwd=tmp_path)
+    assert list(parts_of(tmp_path / "o.exr")) == ["left", "right"]
+    header = (tmp_path / "o.exr").read_bytes()[:4096]
+    for name in ("chromaticities", "timeCode"):
+        want = left.get(name, right.get(name))
+        kind, data = want or (name.lower(), b"")
+        given = name.encode() + b"\0" + kind.encode() + b"\0"
+        assert header.count(given) == (2 if want else 0)
+        if want:
+            assert header.count(given + struct.pack("<i", len(data)) + data) == 2
+
+
+def test_eyes_with_other_data_windows(rackfocus, scene, tmp_path):
+    """What a compositor crops to its content is in one display all the same."""
+    for name, x in (("left", 0), ("right", 4)):
+        scene(f"{name}.exr", attributes=LENS, data=(x, 0, x + 47, 31),
+              display=(0, 0, 59, 39))  # fmt: skip
+    rackfocus("filter", "left.exr", "right.exr", "--stereo", "-o", "o.exr",
+              cwd=tmp_path)  # fmt: skip
+    assert "at (4, 0)" in rackfocus("info", "o.exr", cwd=tmp_path).stdout
 
 
 # ---- sequences -----------------------------------------------------------------------

@@ -344,11 +344,36 @@ def test_joins_views(tmp_path):
         assert made["remark"] == f"the {i}th"
         assert made["compression"] == ("zip" if i < 2 else "piz")
         assert float(dump("number", out, names[i], "rackfocus:focusDistance")) == i
+    for name, value in (("PixelAspectRatio", 2.0), ("displayWindow", 9)):
+        spec = spec_of("RGBZ")
+        if name == "displayWindow":
+            spec.full_width = value
+        else:
+            spec.attribute(name, value)
+        write(tmp_path / "d.exr", spec, picture(n=4))
+        failed = run("join", tmp_path / "no.exr", paths[0], tmp_path / "d.exr")
+        assert failed.returncode == 1 and name[1:] in failed.stderr
+        assert not (tmp_path / "no.exr").exists()
     multi_part(tmp_path / "parts.exr")
     failed = run("join", tmp_path / "no.exr", paths[0], tmp_path / "parts.exr")
     assert failed.returncode == 1
     assert "parts.exr has several parts" in failed.stderr
     assert not (tmp_path / "no.exr").exists()
+
+
+@pytest.mark.parametrize("name", ["displayWindow", "pixelAspectRatio"])
+def test_parts_that_differ_are_not_kept(tmp_path, name):
+    """No reader but that of OpenEXRCore before 3.3 opens such a file: no second one."""
+    path, copy = tmp_path / "a.exr", tmp_path / "b.exr"
+    multi_part(path)
+    data = bytearray(path.read_bytes())
+    at = data.rindex(name.encode() + b"\0")
+    at = data.index(b"\0", at + len(name) + 1) + 5  # behind type and size
+    data[at : at + 4] = struct.pack("<i", -3) if "W" in name else struct.pack("<f", 2)
+    path.write_bytes(data)
+    failed = run("copy", path, copy, "pass", "half", "compression=zip")
+    assert failed.returncode == 1 and name in failed.stderr
+    assert not copy.exists()
 
 
 @pytest.mark.parametrize("target", [c for c in COMPRESSIONS if "dwa" not in c])
