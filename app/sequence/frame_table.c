@@ -2,16 +2,14 @@
 #include "sequence/frame_table.h"
 
 #include <ctype.h>
-#include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "common/frame_list.h"
 #include "common/report.h"
+#include "common/text_file.h"
 #include "rackfocus/rackfocus.h"
-
-enum { MAX_LINE = 4096 };
 
 static char *trim(char *text)
 {
@@ -55,26 +53,44 @@ static bool has_column(const struct frame_table *table, const char *word)
     return false;
 }
 
-static bool read_keys(struct frame_table *table, char *line, const char *path,
-                      struct image_error *error)
+/* Spreadsheets separate by what their language says. */
+static bool check_commas(const char *line, const char *path, int number,
+                         struct image_error *error)
 {
+    const char *other = strpbrk(line, ";\t");
+    if (strchr(line, ',') || !other)
+        return true;
+    const bool is_tab = *other == '\t';
+    return set_error(
+        error,
+        "%s:%d: there are %s between the columns; separate them by commas, "
+        "as in frame,focus-distance, and write decimals with a point",
+        path, number, is_tab ? "tabs" : "semicolons (;)");
+}
+
+static bool read_keys(struct frame_table *table, char *line, const char *path,
+                      int number, struct image_error *error)
+{
+    if (!check_commas(line, path, number, error))
+        return false;
     char *rest = line, *word = trim(strsep(&rest, ","));
     if (strcmp(word, "frame") != 0 || !rest)
         return set_error(error,
-                         "%s:1: the first line names the columns: frame, then "
+                         "%s:%d: the first line names the columns: frame, then "
                          "parameters, as in frame,focus-distance",
-                         path);
+                         path, number);
     while (rest) {
         word = trim(strsep(&rest, ","));
         const bool is_easing = strcmp(word, "easing") == 0;
         if (has_column(table, word))
             return set_error(error,
-                             "%s:1: there are two columns '%s'; leave one of them out",
-                             path, word);
+                             "%s:%d: there are two columns '%s'; leave one of them out",
+                             path, number, word);
         if (is_easing)
             table->easing_key = table->n_keys;
         else if (!rf_param_find(word))
-            return set_error(error, "%s:1: there is no parameter '%s'", path, word);
+            return set_error(error, "%s:%d: there is no parameter '%s'", path, number,
+                             word);
         const size_t n = (size_t)table->n_keys;
         if (!grow((void **)&table->keys, n, n + 1, sizeof(*table->keys), error) ||
             !copy_text(&table->keys[n], word, error))
@@ -120,6 +136,8 @@ static bool read_row(struct frame_table *table, char *line, const char *path,
                      int number, struct image_error *error)
 {
     const size_t n_rows = (size_t)table->n_rows, n_keys = (size_t)table->n_keys;
+    if (!check_commas(line, path, number, error))
+        return false;
     char *rest = line;
     const char *word = trim(strsep(&rest, ","));
     int32_t frame;
@@ -150,27 +168,29 @@ static bool read_row(struct frame_table *table, char *line, const char *path,
                      table->n_keys, table->n_keys == 1 ? "" : "s");
 }
 
+static bool read_table(struct frame_table *table, char *text, const char *path,
+                       struct image_error *error)
+{
+    char *line;
+    for (int number = 1; (line = text_next_line(&text)) != NULL; number++) {
+        char *row = trim(line);
+        if (*row == '\0' || *row == '#')
+            continue;
+        if (table->keys ? !read_row(table, row, path, number, error)
+                        : !read_keys(table, row, path, number, error))
+            return false;
+    }
+    return table->n_rows > 0 ||
+           set_error(error, "%s: has no rows; give frames and their values", path);
+}
+
 bool frame_table_read(struct frame_table *table, const char *path,
                       struct image_error *error)
 {
-    char line[MAX_LINE];
     *table = (struct frame_table){.easing_key = -1};
-    FILE *file = fopen(path, "r");
-    if (!file)
-        return set_error(error, "%s: %s", path, strerror(errno));
-    bool is_good = true;
-    int number = 0;
-    while (is_good && fgets(line, sizeof(line), file)) {
-        char *text = trim(line);
-        number++;
-        if (*text == '\0' || *text == '#')
-            continue;
-        is_good = table->keys ? read_row(table, text, path, number, error)
-                              : read_keys(table, text, path, error);
-    }
-    if (is_good && table->n_rows == 0)
-        is_good = set_error(error, "%s: has no rows", path);
-    fclose(file);
+    char *text = text_file_read(path, error);
+    const bool is_good = text && read_table(table, text, path, error);
+    free(text);
     if (!is_good)
         frame_table_free(table);
     return is_good;

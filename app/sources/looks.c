@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "common/report.h"
+#include "file.h"
 #include "folder.h"
 #include "looks_given.h"
 #include "sources/params_file.h"
@@ -53,11 +54,8 @@ static bool file_of(const char *name, char *path, size_t n_bytes)
 bool look_read(const char *name, struct settings *settings, struct image_error *error)
 {
     char path[4096];
-    FILE *own = file_of(name, path, sizeof(path)) ? fopen(path, "r") : NULL;
-    if (own) {
-        fclose(own);
+    if (file_of(name, path, sizeof(path)) && os_file_facts(path).kind != OS_FILE_NONE)
         return params_file_read(path, settings, error);
-    }
     const struct look_given *given = find_given(name);
     if (given)
         return params_text_read(name, given->text, settings, error);

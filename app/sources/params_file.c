@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "sources/params_file.h"
 
-#include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -9,58 +8,79 @@
 #include "common/report.h"
 #include "common/text_file.h"
 
-#define MAX_LINE 256
+/* What stands between key and value in other programs' files; 0: a space, as here. */
+static char other_separator(const char *line)
+{
+    const char *at = line + strspn(line, " \t");
+    at += strcspn(at, " \t=;:,");
+    at += strspn(at, " \t");
+    return strchr("=;:,", *at) ? *at : '\0';
+}
 
 /* What was typed wins over the file, the last of two lines over the first. */
 static bool read_line(const char *path, int number, char *line,
                       const struct settings *typed, struct settings *found,
                       struct image_error *error)
 {
-    char key[64], value[64];
+    char key[64], value[64], more[64];
     struct rf_error wrong;
-    line[strcspn(line, "#\n")] = 0;
-    const int n = sscanf(line, " %63s %63s", key, value);
+    line[strcspn(line, "#\r\n")] = 0;
+    const int n = sscanf(line, " %63s %63s %63s", key, value, more);
     if (n < 1)
         return true;
+    const char other = other_separator(line);
+    if (other)
+        return set_error(error,
+                         "%s:%d: '%s': there is a '%c' behind the parameter; a space "
+                         "stands between it and its value, as in 'f-stop 2.8'",
+                         path, number, key, other);
     const struct rf_param_info *info = rf_param_find(key);
     if (n < 2 || !info)
         return set_error(
             error, "%s:%d: '%s' is not a parameter and its value, such as 'f-stop 2.8'",
             path, number, key);
+    if (n > 2)
+        return set_error(error,
+                         "%s:%d: there is more behind %s and its value: '%s'; a remark "
+                         "begins with #, and every parameter has a line of its own",
+                         path, number, key, more);
     if (settings_origin(typed, info->key) == ORIGIN_COMMAND_LINE ||
         settings_set(found, info->key, value, &wrong) == RF_OK)
         return true;
     return set_error(error, "%s:%d: %s: %s", path, number, key, wrong.message);
 }
 
+/* Takes the text apart. */
+static bool read_lines(const char *name, char *text, struct settings *settings,
+                       struct image_error *error)
+{
+    const struct settings typed = *settings;
+    char *line;
+    for (int number = 1; (line = text_next_line(&text)) != NULL; number++)
+        if (!read_line(name, number, line, &typed, settings, error))
+            return false;
+    return true;
+}
+
 bool params_file_read(const char *path, struct settings *settings,
                       struct image_error *error)
 {
-    char line[MAX_LINE];
-    bool is_good = true;
-    const struct settings typed = *settings;
-    FILE *file = fopen(path, "r");
-    if (!file)
-        return set_error(error, "%s: cannot be read: %s", path, strerror(errno));
-    for (int number = 1; is_good && fgets(line, sizeof(line), file); number++)
-        is_good = read_line(path, number, line, &typed, settings, error);
-    fclose(file);
+    char *text = text_file_read(path, error);
+    const bool is_good = text && read_lines(path, text, settings, error);
+    free(text);
     return is_good;
 }
 
 bool params_text_read(const char *name, const char *text, struct settings *settings,
                       struct image_error *error)
 {
-    char line[MAX_LINE];
-    const struct settings typed = *settings;
-    for (int number = 1; *text; number++) {
-        const size_t n = strcspn(text, "\n");
-        snprintf(line, sizeof(line), "%.*s", (int)n, text);
-        if (!read_line(name, number, line, &typed, settings, error))
-            return false;
-        text += n + (text[n] == '\n');
-    }
-    return true;
+    char *copy = app_memory(strlen(text) + 1, 1, error);
+    if (!copy)
+        return false;
+    strcpy(copy, text);
+    const bool is_good = read_lines(name, copy, settings, error);
+    free(copy);
+    return is_good;
 }
 
 static void print_lines(FILE *file, const void *data)

@@ -42,6 +42,17 @@ def test_a_look_of_ones_own(rackfocus, scene, tmp_path, monkeypatch):
     assert numpy.array_equal(own, made(rackfocus, scene, tmp_path, "--blades", "5"))
 
 
+def test_a_look_that_cannot_be_read(rackfocus, scene, tmp_path, monkeypatch):
+    """It counted as one without parameters."""
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "config"))
+    (tmp_path / "config" / "rackfocus" / "looks" / "mine.params").mkdir(parents=True)
+    done = rackfocus(
+        "filter", scene(), "-o", tmp_path / "o.exr", "--look", "mine", code=2
+    )
+    assert "mine.params: is a folder" in done.stderr
+    assert not (tmp_path / "o.exr").exists()
+
+
 @pytest.mark.parametrize(
     "options, part",
     [

@@ -43,6 +43,10 @@ def test_options_win(rackfocus, scene, tmp_path):
         ("f-stop much", "it is a number from"),
         ("method fast", "method"),
         ("f-stop -1", "f-stop"),
+        ("f-stop=2.8", "a '=' behind the parameter; a space stands"),
+        ("f-stop = 2.8", "a '=' behind the parameter; a space stands"),
+        ("f-stop; 2.8", "a ';' behind"),
+        ("f-stop 2.8 blades 5", "more behind f-stop and its value: 'blades'"),
     ],
 )
 def test_bad_lines_are_named(rackfocus, scene, tmp_path, line, part):
@@ -52,3 +56,49 @@ def test_bad_lines_are_named(rackfocus, scene, tmp_path, line, part):
         "filter", scene(), "-o", tmp_path / "out.exr", "--params", params, code=1
     )
     assert f"{params}:2: " in done.stderr and part in done.stderr, done.stderr
+
+
+def test_long_remarks(rackfocus, scene, tmp_path):
+    """A remark of any length is one line; its rest was read as a parameter."""
+    params = tmp_path / "lens.params"
+    params.write_text(
+        f"# {'x' * 300}\n# {'f-stop 9 ' * 9999}\nfocus-distance 3\nbad 1\n"
+    )
+    done = rackfocus(
+        "filter", scene(), "-o", tmp_path / "out.exr", "--params", params, code=1
+    )
+    assert f"{params}:4: 'bad' is not" in done.stderr
+
+
+@pytest.mark.parametrize("end", ["\n", "\r\n"])
+def test_text_of_other_systems(rackfocus, scene, tmp_path, end):
+    """Notepad writes a byte-order mark and CR LF."""
+    params = tmp_path / "lens.params"
+    lines = ["focus-distance 3", "f-stop 0.1", ""]
+    params.write_bytes(b"\xef\xbb\xbf" + end.join(lines).encode())
+    options = ["--focus-distance", "3", "--f-stop", "0.1"]
+    by_file = made(rackfocus, scene, tmp_path, "--params", params)
+    assert is_same(by_file, made(rackfocus, scene, tmp_path, *options))
+
+
+@pytest.mark.parametrize(
+    "content, part",
+    [
+        (None, "is a folder; give the name of a file"),
+        ("f-stop 2".encode("utf-16"), "its text is UTF-16; save it as UTF-8"),
+        (b"f-stop 2\n\0\0lens-radius 0.2\n", "is no text file"),
+    ],
+)
+def test_what_is_no_text(rackfocus, scene, tmp_path, content, part):
+    """It counted as empty, and the picture was filtered without it."""
+    params = tmp_path / "lens.params"
+    params.mkdir() if content is None else params.write_bytes(content)
+    for option in ("--params", "--frame-parameters"):
+        inputs = ["passes.exr", "-o", "o.exr"]
+        if option == "--frame-parameters":
+            inputs = ["passes.#.exr", "-o", "o.#.exr"]
+            scene("passes.1.exr")
+        scene()
+        done = rackfocus("filter", *inputs, option, "lens.params", cwd=tmp_path, code=1)
+        assert f"lens.params: {part}" in done.stderr
+        assert not list(tmp_path.glob("o.*exr"))

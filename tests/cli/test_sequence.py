@@ -186,6 +186,10 @@ def test_focus_pulls(run, shot, tmp_path, easing, low, last, high, want):
         ("frame,f-stop\n", "has no rows"),
         ("frame,f-stop,f-stop\n1,2,3\n", "csv:1: there are two columns 'f-stop'"),
         ("frame,f-stop,f_stop\n1,2,3\n", "csv:1: there are two columns 'f_stop'"),
+        ("# x\nframe,f-stop,f-stop\n1,2,3\n", "csv:2: there are two columns"),
+        ("frame;f-stop\n1;2,5\n", "csv:1: there are semicolons (;) between the col"),
+        ("frame\tf-stop\n1\t2\n", "csv:1: there are tabs between the columns"),
+        ("frame,f-stop\n1;2\n", "csv:2: there are semicolons (;) between the col"),
         ("frame,easing,easing\n1,hold,hold\n", "two columns 'easing'; leave one"),
         ("frame,f-stop\n1,2\n# x\n01,4\n", "csv:4: frame 01 has a row before this"),
         ("frame,f-stop,easing\n1,2,slow\n", "csv:2: 'slow' is no easing; there are"),
@@ -197,6 +201,17 @@ def test_bad_tables(run, shot, tmp_path, text, reason):
     done = run(shot(1), "--frame-parameters", table, code=1)
     assert reason in done.stderr
     assert made(tmp_path) == []
+
+
+def test_a_table_of_excel(run, shot, tmp_path):
+    """It writes a byte-order mark and CR LF; a remark may be of any length."""
+    table = tmp_path / "focus.csv"
+    remark = b"# " + b"x" * 9999
+    lines = [b"\xef\xbb\xbfframe,f-stop", remark, b"1,2", b""]
+    table.write_bytes(b"\r\n".join(lines))
+    run(shot(1), "--frame-parameters", table)
+    text = plainexr.read_header((tmp_path / "out.0001.exr").read_bytes())[0]
+    assert "--f-stop 2" in text["rackfocus:filtered"]
 
 
 def test_a_bad_value_in_a_table_names_the_frame(run, shot, tmp_path):
