@@ -16,7 +16,8 @@ static PyObject *accumulator_create(PyTypeObject *type, PyObject *args,
     struct rf_params params;
     PyObject *context = NULL;
     if (!state ||
-        !PyArg_ParseTuple(args, "iii:Accumulator", &shape[0], &shape[1], &shape[2]))
+        !PyArg_ParseTuple(args, "O&O&O&:Accumulator", plugin_take_int, &shape[0],
+                          plugin_take_int, &shape[1], plugin_take_int, &shape[2]))
         return NULL;
     PyObject *rest = keywords ? PyDict_Copy(keywords) : PyDict_New();
     bool is_read = rest && plugin_take_context(state, rest, &context) == 0 &&
@@ -135,10 +136,8 @@ static int take_frame(PyObject *keywords, int *frame)
     PyObject *value = PyDict_GetItemString(keywords, "frame");
     if (!value)
         return 0;
-    long number = PyLong_AsLong(value);
-    if (number == -1 && PyErr_Occurred())
+    if (!plugin_take_int(value, frame))
         return -1;
-    *frame = (int)number;
     return PyDict_DelItemString(keywords, "frame");
 }
 
@@ -161,7 +160,7 @@ PyObject *plugin_lens_points(PyObject *module, PyObject *args, PyObject *keyword
     struct rf_params params;
     struct rf_error error;
     struct rf_lens_point points[RF_MAX_LENS_POINTS];
-    if (!PyArg_ParseTuple(args, "i:lens_points", &n))
+    if (!PyArg_ParseTuple(args, "O&:lens_points", plugin_take_int, &n))
         return NULL;
     PyObject *rest = keywords ? PyDict_Copy(keywords) : PyDict_New();
     bool is_read = rest && take_frame(rest, &frame) == 0 &&

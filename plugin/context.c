@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* rackfocus.Context: threads and memory that filters share. */
 #include <stdlib.h>
+#include <string.h>
 
 #include "module.h"
 
@@ -30,7 +31,12 @@ static int read_size(PyObject *value, size_t *size)
     if (!value)
         return 0;
     *size = PyLong_AsSize_t(value);
-    return *size == (size_t)-1 && PyErr_Occurred() ? -1 : 0;
+    if (*size != (size_t)-1 || !PyErr_Occurred())
+        return 0;
+    if (!PyErr_ExceptionMatches(PyExc_OverflowError))
+        return -1;
+    PyErr_Clear();
+    return plugin_fail("max_bytes", "must lie in 0 (no bound) to %zu", SIZE_MAX);
 }
 
 static PyObject *context_create(PyTypeObject *type, PyObject *args, PyObject *keywords)
@@ -42,8 +48,9 @@ static PyObject *context_create(PyTypeObject *type, PyObject *args, PyObject *ke
     PyObject *max_bytes = NULL, *log = Py_None;
     size_t bytes;
     if (!state ||
-        !PyArg_ParseTupleAndKeywords(args, keywords, "|$iOzO:Context", names,
-                                     &n_threads, &max_bytes, &cpu, &log) ||
+        !PyArg_ParseTupleAndKeywords(args, keywords, "|$O&OzO:Context", names,
+                                     plugin_take_int, &n_threads, &max_bytes, &cpu,
+                                     &log) ||
         read_size(max_bytes, &bytes) < 0)
         return NULL;
     if (log != Py_None && !PyCallable_Check(log)) {
@@ -63,6 +70,8 @@ static PyObject *context_create(PyTypeObject *type, PyObject *args, PyObject *ke
                                       .user = self};
     struct rf_error error;
     if (rf_context_create(&self->context, &about, &error) != RF_OK) {
+        if (strcmp(error.field, "n_threads") == 0) /* as it is called here */
+            strcpy(error.field, "threads");
         plugin_raise(state, &error);
         Py_CLEAR(self);
     }

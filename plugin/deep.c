@@ -9,12 +9,6 @@ enum { N_VALUES = sizeof(struct rf_deep_sample) / sizeof(float) };
 _Static_assert(sizeof(struct rf_deep_sample) == 7 * sizeof(float),
                "samples are rows of seven floats");
 
-static int fail(const char *name, const char *text)
-{
-    PyErr_Format(PyExc_ValueError, "%s: %s", name, text);
-    return -1;
-}
-
 static bool is_size_format(const Py_buffer *buffer)
 {
     const char *format = buffer->format ? buffer->format : "";
@@ -26,7 +20,7 @@ static bool is_size_format(const Py_buffer *buffer)
 static int check_first(const Py_buffer *buffer)
 {
     if (buffer->ndim != 1 || !is_size_format(buffer))
-        return fail("first", "must be whole numbers of 64 bit in one dimension");
+        return plugin_fail("first", "must be whole numbers of 64 bit in one dimension");
     return 0;
 }
 
@@ -35,8 +29,9 @@ static int check_samples(const Py_buffer *buffer)
     const char *format = buffer->format ? buffer->format : "";
     format += *format == '@' || *format == '=' || *format == '<';
     if (buffer->ndim != 2 || buffer->shape[1] != N_VALUES || strcmp(format, "f") != 0)
-        return fail("samples", "must be 32 bit floats of the shape (n, 7): depth, "
-                               "depth_back, r, g, b, a, opacity");
+        return plugin_fail("samples",
+                           "must be 32 bit floats of the shape (n, 7): depth, "
+                           "depth_back, r, g, b, a, opacity");
     return 0;
 }
 
@@ -47,11 +42,12 @@ static int check_offsets(const struct plugin_deep *deep, size_t n_pixels)
     const size_t n_samples = (size_t)deep->samples.shape[0];
     if ((size_t)deep->first.shape[0] != n_pixels + 1 || first[0] != 0 ||
         first[n_pixels] != n_samples)
-        return fail("first", "must have width * height + 1 offsets, from 0 to the "
-                             "number of samples");
+        return plugin_fail("first",
+                           "must have width * height + 1 offsets, from 0 to the "
+                           "number of samples");
     for (size_t i = 0; i < n_pixels; i++)
         if (first[i] > first[i + 1])
-            return fail("first", "its offsets must not fall");
+            return plugin_fail("first", "its offsets must not fall");
     return 0;
 }
 

@@ -24,21 +24,15 @@ struct finish {
     float white; /* a power of two */
 };
 
-static int fail(const char *name, const char *what)
-{
-    PyErr_Format(PyExc_ValueError, "%s: %s", name, what);
-    return -1;
-}
-
 static int check_shape(const struct finish *f, int i)
 {
     const struct rf_image *first = &f->opened[OWN].image, *image = &f->opened[i].image;
     const bool is_flat = i == ESTIMATE;
     if (is_flat ? image->channels != 1 : image->channels < 3 || image->channels > 4)
-        return fail(names[i], is_flat ? "must be of shape (height, width)"
-                                      : "must have 3 or 4 channels");
+        return plugin_fail(names[i], is_flat ? "must be of shape (height, width)"
+                                             : "must have 3 or 4 channels");
     if (image->width != first->width || image->height != first->height)
-        return fail(names[i], "must be as large as own");
+        return plugin_fail(names[i], "must be as large as own");
     return 0;
 }
 
@@ -71,7 +65,7 @@ static int open_picture(struct finish *f, int i, PyObject *object)
     plugin_copy_pixels(image, 3, f->rgb[i], false);
     for (size_t k = 0; k < 3 * n; k++)
         if (!isfinite(f->rgb[i][k]))
-            return fail(names[i], "has NaN or infinity");
+            return plugin_fail(names[i], "has NaN or infinity");
     return 0;
 }
 
@@ -81,7 +75,8 @@ static int join_halves(struct finish *f)
     const size_t n = (size_t)own->width * (size_t)own->height;
     if (finish_join_halves(f->rgb[OWN], f->rgb[HALF], 3 * n))
         return 0;
-    return fail(names[HALF], "has the samples of own; render it with another seed");
+    return plugin_fail(names[HALF],
+                       "has the samples of own; render it with another seed");
 }
 
 static void close_pictures(struct finish *f)
@@ -99,9 +94,10 @@ int plugin_check_denoiser(struct plugin_denoiser *how, const char *quality)
     for (int i = 0; i < 3; i++)
         if (strcmp(quality, qualities[i]) == 0) {
             how->quality = i;
-            return how->n_threads < 0 ? fail("threads", "must not be negative") : 0;
+            return how->n_threads < 0 ? plugin_fail("threads", "must not be negative")
+                                      : 0;
         }
-    return fail("quality", "must be high, balanced or fast");
+    return plugin_fail("quality", "must be high, balanced or fast");
 }
 
 /* Runs without Python's lock. */
@@ -138,7 +134,7 @@ static int finish(const struct module_state *state, struct finish *f,
     if (!is_done && error.code == IMAGE_NO_MEMORY)
         PyErr_NoMemory();
     else if (!is_done)
-        PyErr_SetString(state->error, error.message);
+        plugin_raise_denoiser(state, error.message);
     if (!is_done)
         return -1;
     /* Alpha is the own render's. */
@@ -166,14 +162,15 @@ PyObject *plugin_finish(PyObject *module, PyObject *args, PyObject *keywords)
     const char *quality = "high";
     double white = 1;
     objects[ALBEDO] = objects[NORMAL] = objects[HALF] = objects[ESTIMATE] = Py_None;
-    if (!PyArg_ParseTupleAndKeywords(
-            args, keywords, "OOO|OOOO$zsid:finish", keys, &objects[OWN], &objects[OURS],
-            &objects[OUT], &objects[ALBEDO], &objects[NORMAL], &objects[HALF],
-            &objects[ESTIMATE], &how.library, &quality, &how.n_threads, &white) ||
+    if (!PyArg_ParseTupleAndKeywords(args, keywords, "OOO|OOOO$zsO&d:finish", keys,
+                                     &objects[OWN], &objects[OURS], &objects[OUT],
+                                     &objects[ALBEDO], &objects[NORMAL], &objects[HALF],
+                                     &objects[ESTIMATE], &how.library, &quality,
+                                     plugin_take_int, &how.n_threads, &white) ||
         plugin_check_denoiser(&how, quality) < 0)
         return NULL;
     if (!(white >= 1e-6 && white <= 1e6)) {
-        fail("white", "must lie in 1e-6 to 1e6");
+        plugin_fail("white", "must lie in 1e-6 to 1e6");
         return NULL;
     }
     struct finish f = {.white = (float)white_round(white)};

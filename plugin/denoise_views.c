@@ -22,10 +22,9 @@ struct job {
     struct plugin_progress progress;
 };
 
-static int fail(int j, const char *what, const char *rule)
+static int fail(const char *field, int j, const char *what, const char *rule)
 {
-    PyErr_Format(PyExc_ValueError, "%s of view %d %s", what, j, rule);
-    return -1;
+    return plugin_fail(field, "%s of view %d %s", what, j, rule);
 }
 
 static bool is_as_large(const struct rf_image *image, const struct rf_image *other)
@@ -47,7 +46,7 @@ static int open_guide(struct job *job, int j, PyObject *object, const char *name
     job->n_guides++;
     if (image->image.channels < 3 ||
         !is_as_large(&image->image, &job->views->views[0].colour))
-        return fail(j, name,
+        return fail("guides", j, name,
                     "must have the height and the width of its colour, and 3 "
                     "channels");
     *guide = plugin_packed(&image->image, 3);
@@ -86,7 +85,7 @@ static int open_out(struct job *job, int j, PyObject *sequence)
         return -1;
     job->n_outs++;
     if (!is_as_large(&out->image, colour) || out->image.channels != colour->channels)
-        return fail(j, "out", "must have the shape of its colour");
+        return fail("outs", j, "out", "must have the shape of its colour");
     return 0;
 }
 
@@ -97,7 +96,7 @@ static int open_view(struct job *job, const struct module_state *state, int j)
     struct share_view *to = &job->work.share.views[j];
     struct rf_error error;
     if (!is_as_large(&view->colour, first) || view->colour.channels != first->channels)
-        return fail(j, "the colour", "must have the shape of the first");
+        return fail("views", j, "the colour", "must have the shape of the first");
     const size_t n = (size_t)first->width * (size_t)first->height;
     float *shift = calloc(n, sizeof *shift);
     to->shift_px = shift;
@@ -125,8 +124,7 @@ static int open_job(struct job *job, const struct module_state *state, PyObject 
     if (PySequence_Size(outs) != n ||
         (guides != Py_None && PySequence_Size(guides) != n)) {
         if (!PyErr_Occurred())
-            PyErr_SetString(PyExc_ValueError,
-                            "outs and guides must have an item for each view");
+            plugin_fail("outs", "outs and guides must have an item for each view");
         return -1;
     }
     share->n = n;
@@ -205,7 +203,7 @@ static PyObject *denoise(struct job *job, const struct module_state *state,
     if (code == APP_NO_MEMORY)
         return PyErr_NoMemory();
     if (code != APP_DONE) {
-        PyErr_SetString(state->error, error.message);
+        plugin_raise_denoiser(state, error.message);
         return NULL;
     }
     for (int j = 0; j < job->n_outs; j++)
@@ -226,9 +224,9 @@ PyObject *plugin_filter_denoise_views(PyObject *object, PyObject *args,
     PyObject *sequence, *outs, *guides = Py_None, *function = Py_None, *answer = NULL;
     struct plugin_denoiser how = {0};
     const char *quality = "high";
-    if (!PyArg_ParseTupleAndKeywords(args, keywords, "OO|OO$zsi:denoise_views", names,
+    if (!PyArg_ParseTupleAndKeywords(args, keywords, "OO|OO$zsO&:denoise_views", names,
                                      &sequence, &outs, &guides, &function, &how.library,
-                                     &quality, &how.n_threads) ||
+                                     &quality, plugin_take_int, &how.n_threads) ||
         plugin_check_denoiser(&how, quality) < 0)
         return NULL;
     struct job *job = PyMem_Calloc(1, sizeof *job);

@@ -8,16 +8,14 @@
 static int check_shapes(const struct rf_image *depth, const struct rf_image *colour)
 {
     if (depth->channels != 1)
-        PyErr_Format(PyExc_ValueError, "depth: 1 channel is needed, not %d",
-                     (int)depth->channels);
-    else if (colour->width != depth->width || colour->height != depth->height)
-        PyErr_Format(PyExc_ValueError,
-                     "colour: is %d x %d px, but the depth %d x %d; give one size",
-                     (int)colour->width, (int)colour->height, (int)depth->width,
-                     (int)depth->height);
-    else
-        return 0;
-    return -1;
+        return plugin_fail("depth", "1 channel is needed, not %d",
+                           (int)depth->channels);
+    if (colour->width != depth->width || colour->height != depth->height)
+        return plugin_fail("colour",
+                           "is %d x %d px, but the depth %d x %d; give one size",
+                           (int)colour->width, (int)colour->height, (int)depth->width,
+                           (int)depth->height);
+    return 0;
 }
 
 /* Fills a packed depth; `stats` receives n_filled, and what there was before. */

@@ -44,7 +44,8 @@ static PyObject *filter_create(PyTypeObject *type, PyObject *args, PyObject *key
     int size_px[2];
     struct rf_params params;
     PyObject *picture = NULL, *context = NULL;
-    if (!state || !PyArg_ParseTuple(args, "ii:Filter", &size_px[0], &size_px[1]))
+    if (!state || !PyArg_ParseTuple(args, "O&O&:Filter", plugin_take_int, &size_px[0],
+                                    plugin_take_int, &size_px[1]))
         return NULL;
     PyObject *rest = keywords ? PyDict_Copy(keywords) : PyDict_New();
     bool is_read = rest && plugin_take_context(state, rest, &context) == 0 &&
@@ -265,6 +266,12 @@ static PyObject *filter_flatten(PyObject *object, PyObject *args, PyObject *keyw
 
 #define SURVEY_NAME "rackfocus.survey"
 
+/* A window among the arguments of PyArg_Parse...(). */
+#define WINDOW "(O&O&O&O&)"
+#define TAKE_WINDOW(w)                                                                 \
+    plugin_take_int, &(w)->x, plugin_take_int, &(w)->y, plugin_take_int, &(w)->width,  \
+        plugin_take_int, &(w)->height
+
 static void free_survey(PyObject *capsule)
 {
     PyMem_Free(PyCapsule_GetPointer(capsule, SURVEY_NAME));
@@ -294,10 +301,9 @@ static PyObject *filter_survey(PyObject *object, PyObject *args, PyObject *keywo
     struct rf_window given, counted;
     struct plugin_image images[2];
     struct rf_error error;
-    if (!PyArg_ParseTupleAndKeywords(args, keywords, "OOO(iiii)(iiii):count", names,
-                                     &capsule, &objects[0], &objects[1], &given.x,
-                                     &given.y, &given.width, &given.height, &counted.x,
-                                     &counted.y, &counted.width, &counted.height))
+    if (!PyArg_ParseTupleAndKeywords(args, keywords, "OOO" WINDOW WINDOW ":count",
+                                     names, &capsule, &objects[0], &objects[1],
+                                     TAKE_WINDOW(&given), TAKE_WINDOW(&counted)))
         return NULL;
     struct rf_survey *survey = survey_of(capsule);
     if (!survey || plugin_open_image(&images[0], objects[0], names[1], false) < 0)
@@ -322,8 +328,8 @@ static PyObject *filter_window(PyObject *object, PyObject *args, PyObject *keywo
     PyObject *capsule;
     struct rf_window kept, given;
     struct rf_error error;
-    if (!PyArg_ParseTupleAndKeywords(args, keywords, "O(iiii):window", names, &capsule,
-                                     &kept.x, &kept.y, &kept.width, &kept.height))
+    if (!PyArg_ParseTupleAndKeywords(args, keywords, "O" WINDOW ":window", names,
+                                     &capsule, TAKE_WINDOW(&kept)))
         return NULL;
     const struct rf_survey *survey = survey_of(capsule);
     if (!survey)
@@ -344,9 +350,8 @@ static PyObject *filter_process_window(PyObject *object, PyObject *args,
     struct work work = {.n_views = 1};
     struct rf_window *given = &work.given, *kept = &work.kept;
     if (!PyArg_ParseTupleAndKeywords(
-            args, keywords, "OOO(iiii)(iiii)O|O:process_window", names, &capsule,
-            &objects[0], &objects[1], &given->x, &given->y, &given->width,
-            &given->height, &kept->x, &kept->y, &kept->width, &kept->height,
+            args, keywords, "OOO" WINDOW WINDOW "O|O:process_window", names, &capsule,
+            &objects[0], &objects[1], TAKE_WINDOW(given), TAKE_WINDOW(kept),
             &objects[2], &function))
         return NULL;
     struct plugin_image images[3];

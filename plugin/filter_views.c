@@ -31,17 +31,16 @@ static int open_view(void *user, PyObject *about)
     struct plugin_views *open = user;
     struct rf_view *view = &open->views[open->n];
     PyObject *objects[2];
-    if (!PyTuple_Check(about)) {
+    if (!PyTuple_Check(about) || PyTuple_Size(about) != 4 ||
+        !PyArg_ParseTuple(about, "OO(dd)d:view", &objects[0], &objects[1],
+                          &view->lens_offset[0], &view->lens_offset[1],
+                          &view->shear_distance)) {
         PyErr_Format(PyExc_TypeError,
-                     "views: view %d must be a tuple (colour, depth, (u, v), "
-                     "shear_distance)",
+                     "views: view %d must be a rackfocus.View, or a tuple (colour, "
+                     "depth, (u, v), shear_distance) of it",
                      open->n);
         return -1;
     }
-    if (!PyArg_ParseTuple(about, "OO(dd)d:view", &objects[0], &objects[1],
-                          &view->lens_offset[0], &view->lens_offset[1],
-                          &view->shear_distance))
-        return -1;
     for (int k = 0; k < 2; k++, open->n_images++)
         if (plugin_open_image(&open->images[open->n_images], objects[k], names[k],
                               false) < 0)

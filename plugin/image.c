@@ -14,28 +14,35 @@ static bool is_float32(const Py_buffer *buffer)
     return strcmp(format, "f") == 0 && buffer->itemsize == sizeof(float);
 }
 
+/* Floats of another size or order, which NumPy makes those of 32 bit. */
+static bool is_other_float(const Py_buffer *buffer)
+{
+    const char *format = buffer->format ? buffer->format : "B";
+    format += *format && strchr("@=<>!", *format) != NULL;
+    return *format && strchr("efdg", *format) && !format[1];
+}
+
 static int check(const Py_buffer *buffer, const char *name)
 {
     if (!is_float32(buffer)) {
+        const bool is_float = is_other_float(buffer);
         PyErr_Format(PyExc_TypeError,
-                     "%s: samples must be 32 bit floats, not of the format '%s'", name,
-                     buffer->format ? buffer->format : "B");
+                     "%s: samples must be 32 bit floats, not of the format '%s'%s%s%s",
+                     name, buffer->format ? buffer->format : "B",
+                     is_float ? "; give " : "", is_float ? name : "",
+                     is_float ? ".astype(numpy.float32)" : "");
         return -1;
     }
-    if (buffer->ndim != 2 && buffer->ndim != 3) {
-        PyErr_Format(PyExc_ValueError,
-                     "%s: the shape must be (height, width) or (height, width, "
-                     "channels), not of %d dimensions",
-                     name, buffer->ndim);
-        return -1;
-    }
+    if (buffer->ndim != 2 && buffer->ndim != 3)
+        return plugin_fail(name,
+                           "the shape must be (height, width) or (height, width, "
+                           "channels), not of %d dimensions",
+                           buffer->ndim);
     for (int i = 0; i < buffer->ndim; i++)
-        if (buffer->shape[i] < 1 || buffer->shape[i] > 65535) {
-            PyErr_Format(PyExc_ValueError,
-                         "%s: dimension %d is %zd, which must lie in 1 to 65535", name,
-                         i, buffer->shape[i]);
-            return -1;
-        }
+        if (buffer->shape[i] < 1 || buffer->shape[i] > 65535)
+            return plugin_fail(name,
+                               "dimension %d is %zd, which must lie in 1 to 65535", i,
+                               buffer->shape[i]);
     return 0;
 }
 
@@ -129,11 +136,9 @@ int plugin_open_each(PyObject *sequence, struct plugin_range range,
     const Py_ssize_t n = PySequence_Size(sequence);
     if (n < 0)
         return -1;
-    if (n < range.least || n > range.most) {
-        PyErr_Format(PyExc_ValueError, "%s: %zd were given; %d to %d can be",
-                     range.name, n, range.least, range.most);
-        return -1;
-    }
+    if (n < range.least || n > range.most)
+        return plugin_fail(range.name, "%zd were given; %d to %d can be", n,
+                           range.least, range.most);
     for (Py_ssize_t i = 0; i < n; i++) {
         PyObject *item = PySequence_GetItem(sequence, i);
         const int result = item ? open(user, item) : -1;

@@ -25,11 +25,13 @@ static PyObject *lens_create(PyTypeObject *type, PyObject *args, PyObject *keywo
     struct rf_params params;
     struct rf_error error;
     struct rf_lens lens;
-    if (!state || !PyArg_ParseTuple(args, "ii:Lens", &width, &height) ||
+    if (!state ||
+        !PyArg_ParseTuple(args, "O&O&:Lens", plugin_take_int, &width, plugin_take_int,
+                          &height) ||
         plugin_read_params(state, keywords, &params) < 0)
         return NULL;
     if (width < 1 || height < 1) {
-        PyErr_SetString(PyExc_ValueError, "width and height must be at least 1");
+        plugin_fail(width < 1 ? "width" : "height", "must be at least 1");
         return NULL;
     }
     if (rf_lens_init(&lens, &params, width, height, &error) != RF_OK)
@@ -56,7 +58,7 @@ static PyObject *lens_radius(PyObject *self, PyObject *argument)
     if (z == -1 && PyErr_Occurred())
         return NULL;
     if (!(z > 0)) {
-        PyErr_SetString(PyExc_ValueError, "z: a depth must be above 0");
+        plugin_fail("z", "a depth must be above 0");
         return NULL;
     }
     return PyFloat_FromDouble(rf_lens_radius_px(lens_of(self), z));

@@ -59,11 +59,10 @@ static int open_clean(void *user, PyObject *object)
         return -1;
     job->n_cleans++;
     if (!is_like_first(job, colour) || !is_like_first(job, &job->cleans[j].image)) {
-        PyErr_Format(PyExc_ValueError,
-                     "clean of view %d and its colour must have the shape of the first "
-                     "view's colour",
-                     j);
-        return -1;
+        return plugin_fail("clean",
+                           "clean of view %d and its colour must have the shape of the "
+                           "first view's colour",
+                           j);
     }
     job->flipped[j] = plugin_packed(colour, colour->channels);
     return job->flipped[j] ? flip(job, j) : -1;
@@ -76,10 +75,8 @@ static int open_job(struct job *job, PyObject *cleans, PyObject *out)
     if (plugin_open_each(cleans, range, open_clean, job) < 0 ||
         plugin_open_image(&job->out, out, "out", true) < 0)
         return -1;
-    if (!is_like_first(job, &job->out.image)) {
-        PyErr_SetString(PyExc_ValueError, "out must have the shape of a view's colour");
-        return -1;
-    }
+    if (!is_like_first(job, &job->out.image))
+        return plugin_fail("out", "must have the shape of a view's colour");
     for (int k = 0; k < N_MERGES; k++) {
         job->merged[k] = calloc((size_t)first->width * (size_t)first->height,
                                 (size_t)first->channels * sizeof(float));

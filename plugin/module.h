@@ -24,6 +24,19 @@ int plugin_add_errors(PyObject *module, struct module_state *state);
 /* Sets the exception of a failed call and returns NULL. */
 PyObject *plugin_raise(const struct module_state *state, const struct rf_error *error);
 
+/*
+ * Sets a ParameterError with its field: the argument at fault. The format is that of
+ * PyUnicode_FromFormat(). Always -1.
+ */
+int plugin_fail(const char *field, const char *format, ...);
+
+/* Sets an Error that the denoiser is to blame for. */
+void plugin_raise_denoiser(const struct module_state *state, const char *message);
+
+/* For O& of PyArg_Parse...(): a whole number; of those that are no int the nearest one,
+ * which the checks of the core refuse by name. */
+int plugin_take_int(PyObject *object, void *number);
+
 /* ---- params.c ------------------------------------------------------------------ */
 
 /* The lists of the core as tuples of tuples; see rackfocus/__init__.py. */

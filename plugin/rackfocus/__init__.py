@@ -33,6 +33,7 @@ from ._core import (
     fill_depth,
     version,
 )
+from ._errors import parameter_error
 
 __all__ = [
     "SURVEY_MARGIN",
@@ -175,11 +176,12 @@ def looks():
 def look(name):
     """The parameters of a look, as keywords: apply(..., **{**look("vintage"), ...}).
 
-    ValueError names the looks that there are.
+    The error of another name lists the looks that there are.
     """
     texts = _looks.texts()
     if name not in texts:
-        raise ValueError(f"there is no look {name!r}; there are {', '.join(texts)}")
+        message = f"there is no look {name!r}; there are {', '.join(texts)}"
+        raise parameter_error("name", message)
     return _looks.parameters(name, texts[name][0], parameters())
 
 
@@ -207,10 +209,14 @@ def _shape(name, picture):
             f"{name}: a readable buffer of floats is needed, not {type(picture).__name__}"
         ) from None
     if len(shape) not in (2, 3):
-        raise ValueError(
-            f"{name}: the shape must be (height, width) or (height, width, channels), "
-            f"not of {len(shape)} dimensions"
+        raise parameter_error(
+            name,
+            "the shape must be (height, width) or (height, width, channels), "
+            f"not of {len(shape)} dimensions",
         )
+    if (*shape, 1)[2] not in (1, 3, 4):
+        message = f"has {shape[2]} channels; 1, 3 or 4 can be filtered"
+        raise parameter_error(name, message)
     return shape
 
 
@@ -255,7 +261,7 @@ def accumulate(pictures, out=None, *, context=None, threads=None, **params):
             total = Accumulator(width, height, channels, **own, **params)
         total.add(picture)
     if total is None:
-        raise ValueError("pictures: there is none to take the mean of")
+        raise parameter_error("pictures", "there is none to take the mean of")
     if out is None:
         import numpy
 
@@ -301,7 +307,9 @@ def finish(
     Error where there is no Open Image Denoise.
     """
     if not hasattr(_core, "finish"):
-        raise Error("this build of rackfocus cannot load a denoiser")
+        error = Error("library: this build of rackfocus cannot load a denoiser")
+        error.field, error.message = "library", str(error).partition(": ")[2]
+        raise error
     if out is None:
         import numpy
 

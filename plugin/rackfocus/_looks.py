@@ -9,6 +9,7 @@ import os
 from pathlib import Path
 
 from . import _core
+from ._errors import parameter_error
 
 PLACES = (("XDG_CONFIG_HOME", ""), ("APPDATA", ""), ("HOME", ".config"))
 
@@ -26,8 +27,16 @@ def texts():
     found = {name: (text, False) for name, text in _core.looks()}
     home = folder()
     for path in sorted(home.glob("*.params")) if home else ():
-        found[path.stem] = (path.read_text(encoding="utf-8"), True)
+        found[path.stem] = (_text_of(path), True)
     return found
+
+
+def _text_of(path):
+    """Without a byte-order mark, as Notepad writes it."""
+    try:
+        return path.read_text(encoding="utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        raise parameter_error("name", f"{path}: cannot be read: {error}") from error
 
 
 def about(text):
@@ -36,7 +45,7 @@ def about(text):
 
 
 def parameters(name, text, table):
-    """{field: value} of a look's text. ValueError names the line that is wrong."""
+    """{field: value} of a look's text. The error names the line that is wrong."""
     by_key = {p.key: p for p in table} | {p.field: p for p in table}
     found = {}
     for number, line in enumerate(text.splitlines(), 1):
@@ -44,11 +53,17 @@ def parameters(name, text, table):
         if not key:
             continue
         if key not in by_key or len(value) != 1:
-            raise ValueError(
+            raise parameter_error(
+                "name",
                 f"look {name}, line {number}: {key!r} is not a parameter and its "
-                "value, such as 'swirl 0.3'"
+                "value, such as 'swirl 0.3'",
             )
-        found[by_key[key].field] = _value(by_key[key], *value)
+        try:
+            found[by_key[key].field] = _value(by_key[key], *value)
+        except ValueError:
+            raise parameter_error(
+                "name", f"look {name}, line {number}: {value[0]!r} is no number"
+            ) from None
     return found
 
 

@@ -109,7 +109,7 @@ print(context.threads)
     [
         ({"cpu": "abacus"}, rackfocus.ParameterError),
         ({"threads": -2}, rackfocus.ParameterError),
-        ({"max_bytes": -1}, OverflowError),
+        ({"max_bytes": -1}, rackfocus.ParameterError),
         ({"log": 3}, TypeError),
         ({"lenses": 3}, TypeError),
     ],

@@ -146,7 +146,7 @@ def test_wrong_arguments_are_named():
         made.merge_denoised(views, clean[:3], out)
     with pytest.raises(ValueError, match="clean of view 1"):
         made.merge_denoised(views, [clean[0], clean[1][1:], *clean[2:]], out)
-    with pytest.raises(ValueError, match="out must have the shape"):
+    with pytest.raises(ValueError, match="out: must have the shape"):
         made.merge_denoised(views, clean, out[1:])
     small = [(c[1:], d[1:], place, 2.0) for c, d, place, _ in views]
     with pytest.raises(rackfocus.Error, match="96"):

@@ -685,3 +685,95 @@ def test_what_cannot_be_filled_is_refused():
     with pytest.raises(TypeError):
         depth.flags.writeable = False
         rackfocus.fill_depth(depth, colour)
+
+
+def colour_of(*shape):
+    return np.zeros(shape, np.float32)
+
+
+@pytest.mark.parametrize(
+    "field, call",
+    [
+        ("pictures", lambda: rackfocus.accumulate([])),
+        ("pictures", lambda: rackfocus.accumulate([colour_of(3, 4, 2)])),
+        ("colour", lambda: rackfocus.apply(colour_of(3), colour_of(3, 4))),
+        ("colour", lambda: rackfocus.apply(colour_of(3, 4, 5, 3), colour_of(3, 4))),
+        ("colour", lambda: rackfocus.apply(colour_of(3, 4, 2), colour_of(3, 4))),
+        ("colour", lambda: rackfocus.apply(colour_of(3, 4, 5), colour_of(3, 4))),
+        ("depth", lambda: rackfocus.apply(colour_of(3, 4, 3), colour_of(3))),
+        ("name", lambda: rackfocus.look("nope")),
+        ("width", lambda: rackfocus.Filter(2**40, 1)),
+        ("height", lambda: rackfocus.Filter(1, -(2**70))),
+        ("width", lambda: rackfocus.Lens(0, 4)),
+        ("z", lambda: rackfocus.Lens(3, 4).radius_px(0)),
+        ("max_bytes", lambda: rackfocus.Context(max_bytes=-1)),
+        ("max_bytes", lambda: rackfocus.Context(max_bytes=2**80)),
+        ("threads", lambda: rackfocus.Context(threads=2**40)),
+        ("colour", lambda: rackfocus.fill_depth(colour_of(3, 4), colour_of(3, 5))),
+        ("depth", lambda: rackfocus.fill_depth(colour_of(3, 4, 3), colour_of(3, 4))),
+        ("views", lambda: rackfocus.Filter(4, 3).process_views([], colour_of(3, 4))),
+        ("first", lambda: deep_of(np.zeros(3, np.uint64))),
+        ("first", lambda: deep_of(np.zeros((3, 4), np.uint64))),
+        ("samples", lambda: deep_of(np.zeros(13, np.uint64), colour_of(0, 3))),
+        ("library", lambda: finish_of(library="/nowhere/at/all.so")),
+        ("quality", lambda: finish_of(quality="best")),
+        ("threads", lambda: finish_of(threads=-(2**40))),
+        ("white", lambda: finish_of(white=0)),
+        ("ours", lambda: finish_of(ours=colour_of(3, 5, 3))),
+    ],
+)
+def test_errors_have_a_field(field, call, monkeypatch):
+    """As python.md says: of all that is wrong but for a type."""
+    monkeypatch.delenv("RACKFOCUS_OIDN", raising=False)
+    with pytest.raises(rackfocus.Error) as caught:
+        call()
+    assert caught.value.field == field
+    assert str(caught.value) == f"{field}: {caught.value.message}"
+    if field != "library":
+        assert isinstance(caught.value, (rackfocus.ParameterError, ValueError))
+
+
+def deep_of(first, samples=None):
+    samples = colour_of(0, 7) if samples is None else samples
+    rackfocus.Filter(4, 3).process_deep(first, samples, colour_of(3, 4, 4))
+
+
+def finish_of(ours=None, **keywords):
+    ours = colour_of(3, 4, 3) if ours is None else ours
+    return rackfocus.finish(colour_of(3, 4, 3), ours, **keywords)
+
+
+def test_errors_that_python_raises_have_members():
+    assert rackfocus.Error("x").field == "" and rackfocus.DepthError("x").message == ""
+
+
+@pytest.mark.parametrize("kind", ["f8", "f2", ">f4"])
+def test_other_floats_are_told_how_to_become_ours(kind):
+    for name, arrays in (
+        ("colour", (colour_of(3, 4, 3).astype(kind), colour_of(3, 4))),
+        ("depth", (colour_of(3, 4, 3), colour_of(3, 4).astype(kind))),
+    ):
+        with pytest.raises(TypeError, match=rf"{name}: .*{name}\.astype\(numpy\.float"):
+            rackfocus.apply(*arrays)
+
+
+def test_views_that_are_none_are_described():
+    one = colour_of(3, 4, 3), colour_of(3, 4)
+    views = rackfocus.Filter(4, 3, method="views")
+    for wrong in (one, (*one, 3, 4), (*one, (0, 0)), 5):
+        with pytest.raises(TypeError, match=r"view 0 must be a rackfocus\.View"):
+            views.process_views([wrong], colour_of(3, 4, 3))
+
+
+def test_a_look_that_cannot_be_read(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
+    folder = tmp_path / "rackfocus" / "looks"
+    (folder / "mine.params").mkdir(parents=True)
+    with pytest.raises(rackfocus.ParameterError, match="mine.params: cannot be read"):
+        rackfocus.look("mine")
+    (folder / "mine.params").rmdir()
+    (folder / "mine.params").write_bytes(b"\xef\xbb\xbff-stop 2\r\n")
+    assert rackfocus.look("mine") == {"f_stop": 2}
+    (folder / "mine.params").write_text("f-stop two\n")
+    with pytest.raises(rackfocus.ParameterError, match="line 1: 'two' is no number"):
+        rackfocus.look("mine")
