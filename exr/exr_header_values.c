@@ -14,6 +14,18 @@ static const exr_attribute_t *attribute_of(const struct image_input *input, int 
     return result == EXR_ERR_SUCCESS ? attribute : NULL;
 }
 
+const char *image_attribute_name(const struct image_input *input, int part, int i)
+{
+    int32_t n = 0;
+    const exr_attribute_t *a;
+    if (exr_get_attribute_count(input->context, part, &n) != EXR_ERR_SUCCESS || i < 0 ||
+        i >= n ||
+        exr_get_attribute_by_index(input->context, part, EXR_ATTR_LIST_FILE_ORDER, i,
+                                   &a) != EXR_ERR_SUCCESS)
+        return NULL;
+    return a->name;
+}
+
 static bool number_of(const exr_attribute_t *a, double *v)
 {
     if (!a)

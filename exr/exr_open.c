@@ -137,7 +137,9 @@ static bool open_file(struct image_input *input, struct image_error *error)
         return image_fail(error, input->path, "is a folder, not an OpenEXR file");
     if (facts.kind != OS_FILE_REGULAR)
         return image_fail(error, input->path,
-                          "is not a regular file; OpenEXR files cannot be piped");
+                          "is not a regular file but a pipe or device; save it as a "
+                          "file, or send it as the standard input and name it -, which "
+                          "filter, info and compare take");
     input->size_bytes = facts.n_bytes;
     if (facts.n_bytes == 0)
         return image_fail(error, input->path, "is empty");

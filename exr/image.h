@@ -64,6 +64,9 @@ const struct image_channel_info *image_channels(const struct image_input *input,
  * name? A mean of two is a third. */
 bool image_is_identifier(const struct image_channel_info *channel);
 
+/* The i-th attribute of a part, in file order; NULL behind the last. */
+const char *image_attribute_name(const struct image_input *input, int part, int i);
+
 /* Header attributes (part 0 first, then the others). False where absent or of another
  * type; ints, floats and doubles convert to each other. The string belongs to input. */
 bool image_attribute_number(const struct image_input *input, const char *name,

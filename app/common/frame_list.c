@@ -13,7 +13,8 @@
 #include "path.h"
 #include "rackfocus/rackfocus.h"
 
-enum { MAX_FRAMES = 1000000 };
+enum { MAX_FRAMES = 1000000, LAST_FRAME = 100 * MAX_FRAMES };
+#define FRAME_RANGE "-1000000 to 100000000"
 
 /* ---- lists ---------------------------------------------------------------------- */
 
@@ -49,42 +50,66 @@ static bool add(struct frame_list *list, int32_t number, struct image_error *err
     return true;
 }
 
+enum number { NO_NUMBER, OUT_OF_RANGE, NUMBER };
+
 /* A whole number at *text, which moves behind it. */
-static bool take_number(const char **text, int32_t *number)
+static enum number take_number(const char **text, int32_t *number)
 {
     char *end;
     errno = 0;
     const long v = strtol(*text, &end, 10);
-    if (end == *text || isspace((unsigned char)**text) || errno || v < -MAX_FRAMES ||
-        v > 100 * MAX_FRAMES)
-        return false;
-    *number = (int32_t)v;
+    if (end == *text || isspace((unsigned char)**text))
+        return NO_NUMBER;
     *text = end;
-    return true;
+    if (errno || v < -MAX_FRAMES || v > LAST_FRAME)
+        return OUT_OF_RANGE;
+    *number = (int32_t)v;
+    return NUMBER;
 }
 
 bool frame_number_parse(const char *text, int32_t *number)
 {
-    return take_number(&text, number) && *text == '\0';
+    return take_number(&text, number) == NUMBER && *text == '\0';
 }
 
-static bool take_range(const char **text, int32_t *first, int32_t *last, int32_t *step)
+static const char *const why_no_list =
+    "is no list of frames; write 1-240, 1-240x2 for every second one, or 1-10,20,30-40";
+
+/* What is wrong with a number of a list; NULL: nothing. */
+static const char *take_listed(const char **text, int32_t *number)
 {
+    switch (take_number(text, number)) {
+    case NUMBER:
+        return NULL;
+    case OUT_OF_RANGE:
+        return "has a number that no frame can have; they lie in " FRAME_RANGE;
+    default:
+        return why_no_list;
+    }
+}
+
+/* What is wrong with a range; NULL: nothing. */
+static const char *take_range(const char **text, int32_t *first, int32_t *last,
+                              int32_t *step)
+{
+    *first = 0;
     *step = 1;
-    if (!take_number(text, first))
-        return false;
+    const char *why = take_listed(text, first);
     *last = *first;
-    if (**text == '-') {
+    if (!why && **text == '-') {
         (*text)++;
-        if (!take_number(text, last) || *last < *first)
-            return false;
+        why = take_listed(text, last);
+        if (!why && *last < *first)
+            why = "has a range that ends before it begins; write the smaller number "
+                  "first, as in 1-240";
     }
-    if (**text == 'x') {
+    if (!why && **text == 'x') {
         (*text)++;
-        if (!take_number(text, step) || *step < 1)
-            return false;
+        why = take_listed(text, step);
+        if (!why && *step < 1)
+            why = why_no_list;
     }
-    return **text == ',' || **text == '\0';
+    return why || **text == ',' || **text == '\0' ? why : why_no_list;
 }
 
 bool frame_list_parse(struct frame_list *list, const char *text,
@@ -93,13 +118,12 @@ bool frame_list_parse(struct frame_list *list, const char *text,
     *list = (struct frame_list){0};
     for (const char *at = text;; at++) {
         int32_t first, last, step;
-        if (!take_range(&at, &first, &last, &step) ||
-            (last - first) / step + 1 > MAX_FRAMES - list->n) {
+        const char *why = take_range(&at, &first, &last, &step);
+        if (!why && (last - first) / step + 1 > MAX_FRAMES - list->n)
+            why = "has more than 1000000 frames; give a part of them at a time";
+        if (why) {
             frame_list_free(list);
-            return set_error(error,
-                             "'%s' is no list of frames; write 1-240, 1-240x2 for "
-                             "every second one, or 1-10,20,30-40",
-                             text);
+            return set_error(error, "'%s' %s", text, why);
         }
         for (int64_t k = first; k <= last; k += step)
             if (!add(list, (int32_t)k, error)) {
@@ -266,7 +290,7 @@ static size_t before_range(const char *name)
     if (!space || space == name)
         return 0;
     const char *at = space + 1;
-    return take_range(&at, &first, &last, &step) && last > first && *at == '\0'
+    return !take_range(&at, &first, &last, &step) && last > first && *at == '\0'
                ? (size_t)(space - name)
                : 0;
 }
@@ -340,7 +364,7 @@ static bool visit_file(void *user, const char *file)
     if (strncmp(file, search->name, search->n_before) != 0)
         return true;
     const char *at = file + search->n_before;
-    if (!take_number(&at, &number))
+    if (take_number(&at, &number) != NUMBER)
         return true;
     char *again = frame_name(search->name, number, search->error);
     search->lacks_memory = !again || (strcmp(again, file) == 0 &&

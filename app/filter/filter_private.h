@@ -98,6 +98,9 @@ int filter_repair_depth(struct run *run);
 /* Parameters that were given and that nothing reads. */
 int filter_warn_unread(const struct run *run);
 
+/* Attributes rackfocus:* of the header that nothing reads: misspelt ones. */
+int filter_warn_attributes(const struct run *run);
+
 /* Several layers that may be the picture. */
 int filter_warn_choice(const struct run *run);
 

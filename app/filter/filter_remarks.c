@@ -7,6 +7,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 
 #include "common/report.h"
 #include "filter/filter_private.h"
@@ -92,6 +93,92 @@ int filter_warn_choice(const struct run *run)
         return APP_DONE;
     return app_warn(run->tool->host, run->error, "%s: the picture %s",
                     image_path(run->source.colour), text);
+}
+
+/* ---- attributes that nothing reads -------------------------------------------------
+ */
+
+#define OWN_PREFIX "rackfocus:"
+
+/* Is it `known`, or of a view, "known.VIEW"? */
+static bool is_of(const char *name, const char *known)
+{
+    const size_t n = strlen(known);
+    return strncmp(name, known, n) == 0 && (name[n] == '\0' || name[n] == '.');
+}
+
+static bool is_known(const char *name)
+{
+    static const char *const others[] = {
+        VIEWS_OFFSET, VIEWS_SHEAR, OWN_PREFIX "filtered", OWN_PREFIX "shutterTime"};
+    size_t n;
+    const struct rf_param_info *list = rf_param_list(&n);
+    for (size_t i = 0; i < n; i++)
+        if (is_of(name, list[i].attribute))
+            return true;
+    for (size_t i = 0; i < sizeof(others) / sizeof(others[0]); i++)
+        if (is_of(name, others[i]))
+            return true;
+    return false;
+}
+
+/* The attribute that differs in capitals alone; NULL: there is none. */
+static const char *meant_by(const char *name)
+{
+    size_t n;
+    const struct rf_param_info *list = rf_param_list(&n);
+    for (size_t i = 0; i < n; i++)
+        if (strcasecmp(name, list[i].attribute) == 0)
+            return list[i].attribute;
+    return NULL;
+}
+
+static int warn_attribute(const struct run *run, const struct image_input *input,
+                          const char *name)
+{
+    const char *meant = meant_by(name);
+    return meant ? app_warn(run->tool->host, run->error,
+                            "%s: attribute %s of the header is not read; is %s meant?",
+                            image_path(input), name, meant)
+                 : app_warn(run->tool->host, run->error,
+                            "%s: attribute %s of the header is not read: there is no "
+                            "such parameter; rackfocus info --all lists them",
+                            image_path(input), name);
+}
+
+/* Of the parts before, has one the attribute, too? */
+static bool was_seen(const struct image_input *input, int part, const char *name)
+{
+    const char *other;
+    for (int p = 0; p < part; p++)
+        for (int i = 0; (other = image_attribute_name(input, p, i)) != NULL; i++)
+            if (strcmp(other, name) == 0)
+                return true;
+    return false;
+}
+
+static int warn_attributes(const struct run *run, const struct image_input *input)
+{
+    int n_parts, code = APP_DONE;
+    const char *name;
+    image_parts(input, &n_parts);
+    for (int part = 0; part < n_parts; part++)
+        for (int i = 0;
+             code == APP_DONE && (name = image_attribute_name(input, part, i)) != NULL;
+             i++)
+            if (strncmp(name, OWN_PREFIX, strlen(OWN_PREFIX)) == 0 && !is_known(name) &&
+                !was_seen(input, part, name))
+                code = warn_attribute(run, input, name);
+    return code;
+}
+
+int filter_warn_attributes(const struct run *run)
+{
+    const struct source *source = &run->source;
+    const int code = warn_attributes(run, source->colour);
+    return code == APP_DONE && source->depth && source->depth != source->colour
+               ? warn_attributes(run, source->depth)
+               : code;
 }
 
 /* ---- one eye of several --------------------------------------------------------- */
@@ -254,7 +341,7 @@ int filter_warn_cut(const struct run *run)
         run->largest_radius < most)
         return APP_DONE;
     return app_warn(run->tool->host, run->error,
-                    "%s: the blur is cut at a radius of %.0f px, half the longer side; "
+                    "%s: the blur is cut at a radius of %.4g px, half the longer side; "
                     "--max-radius allows more, up to 16384",
                     image_path(run->source.colour), most);
 }

@@ -258,11 +258,17 @@ static int read_facts(struct run *run)
         settings_set_header(run->settings, "method", RF_METHOD_VIEWS, VIEWS_OFFSET,
                             NULL);
     int code = APP_DONE;
-    if (image_attribute_string(source->colour, "rackfocus:filtered", &by))
+    if (run->settings->params.method == RF_METHOD_ACCUMULATE && !run->has_views)
+        code = app_warn(run->tool->host, run->error, VIEWS_ONE_IS_MEAN,
+                        image_path(source->colour));
+    if (code == APP_DONE &&
+        image_attribute_string(source->colour, "rackfocus:filtered", &by))
         code =
             app_warn(run->tool->host, run->error,
                      "%s: was filtered before (%s); filter the pinhole render instead",
                      image_path(source->colour), by);
+    if (code == APP_DONE)
+        code = filter_warn_attributes(run);
     if (code == APP_DONE)
         code = filter_warn_choice(run);
     if (code == APP_DONE)

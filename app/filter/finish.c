@@ -360,6 +360,12 @@ static int run(struct finish *f, const char *own, char *const *guides, int n)
     int code = read_own(f, own);
     if (code == APP_DONE && n > 0)
         code = make_ours(f, guides, n);
+    if (code == APP_DONE && n == 0 && !f->guides.albedo)
+        code =
+            app_warn(f->tool->host, f->error,
+                     "%s: has no albedo and no guide is given: it is denoised by its "
+                     "colours alone; give its passes or a filtered picture after it",
+                     own);
     if (code != APP_DONE)
         return code;
     f->denoiser = denoiser_open(NULL, (enum denoise_quality)f->tool->quality,

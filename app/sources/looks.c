@@ -41,8 +41,12 @@ static bool find_folder(char *path, size_t n_bytes)
     return false;
 }
 
-/* The file of a look of the user's; false where there is no folder for it. */
-static bool file_of(const char *name, char *path, size_t n_bytes)
+bool look_is_given(const char *name)
+{
+    return find_given(name) != NULL;
+}
+
+bool look_path(const char *name, char *path, size_t n_bytes)
 {
     if (!find_folder(path, n_bytes) || strchr(name, '/'))
         return false;
@@ -54,7 +58,7 @@ static bool file_of(const char *name, char *path, size_t n_bytes)
 bool look_read(const char *name, struct settings *settings, struct image_error *error)
 {
     char path[4096];
-    if (file_of(name, path, sizeof(path)) && os_file_facts(path).kind != OS_FILE_NONE)
+    if (look_path(name, path, sizeof(path)) && os_file_facts(path).kind != OS_FILE_NONE)
         return params_file_read(path, settings, error);
     const struct look_given *given = find_given(name);
     if (given)
@@ -151,7 +155,7 @@ bool look_save(const char *name, const struct settings *settings,
     if (!is_good_name(name))
         return set_error(
             error, "'%s' is no name of a look; take letters, digits, - and _", name);
-    if (!file_of(name, path, sizeof(path)))
+    if (!look_path(name, path, sizeof(path)))
         return set_error(error, "none of XDG_CONFIG_HOME, APPDATA and HOME says where "
                                 "looks are kept; set one of them");
     make_folders(path);

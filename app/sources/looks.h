@@ -26,6 +26,12 @@ struct look_about {
  * the user's that wins stands in the other's place. Returns how many. */
 int look_list(struct look_about *list, int most);
 
+/* Does a look of this name come with the program? One of the user's hides it. */
+bool look_is_given(const char *name);
+
+/* The file of a look of the user's; false where there is no folder for it. */
+bool look_path(const char *name, char *path, size_t n_bytes);
+
 /* Writes what was typed as a look of the user's, in place of an older one. */
 bool look_save(const char *name, const struct settings *settings,
                struct image_error *error);

@@ -156,6 +156,11 @@ bool picture_check_kind(const char *path, struct image_error *error)
                 "%s: pictures are written as EXR or PNG, not as %s; end the "
                 "name in %s and convert the picture: %s",
                 path, others[i].name, others[i].instead, others[i].command);
+    if (os_file_facts(path).kind == OS_FILE_OTHER)
+        return set_error(error,
+                         "%s: is no file on a disk; name the standard output -, as in "
+                         "rackfocus filter in.exr -o - --format png > out.png",
+                         path);
     return set_error(
         error, "%s: pictures are written as EXR or PNG; end the name in .exr or .png",
         path);

@@ -9,7 +9,12 @@
 #include "rackfocus/rackfocus.h"
 #include "sources/source.h"
 
-#define VIEWS_OFFSET "rackfocus:lensOffset"   /* v2f, scene units right and up */
+#define VIEWS_OFFSET "rackfocus:lensOffset" /* v2f, scene units right and up */
+#define VIEWS_ONE_IS_MEAN                                                              \
+    "%s: one view is its own mean: nothing is blurred; give the views from all "       \
+    "points "                                                                          \
+    "of the lens, or blur this one by its depth with rackfocus filter --method "       \
+    "layered"
 #define VIEWS_SHEAR "rackfocus:shearDistance" /* float, scene units; 0: parallel */
 
 /* Where a view was taken; `view` names one of a multi-view file, or is NULL. False

@@ -18,6 +18,7 @@
 #include "sources/picture.h"
 #include "sources/settings.h"
 #include "sources/source.h"
+#include "sources/views.h"
 
 struct accumulate_options {
     const char *output, *layer, *frames, *look;
@@ -505,11 +506,7 @@ int accumulate_command_run(int argc, char **argv, struct frames_report *report)
         message("%s", error.message);
     else if (!tool.look || take_look(&tool, &operands)) {
         if (operands.n == 1)
-            warning(tool.is_quiet,
-                    "%s: one view is its own mean: nothing is blurred; give the views "
-                    "from all points of the lens, or blur this one by its depth with "
-                    "rackfocus filter",
-                    operands.items[0]);
+            warning(tool.is_quiet, VIEWS_ONE_IS_MEAN, operands.items[0]);
         code = accumulate_any(&tool, &operands, report);
     }
     operands_free(&operands);

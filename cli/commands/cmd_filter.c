@@ -230,6 +230,14 @@ static bool check_usage(const struct filter_options *tool,
     if (!tool->output)
         return fail_usage("filter needs an output, -o FILE.exr or -o FILE.png");
     struct image_error error;
+    if (options_given(operands, "format") &&
+        picture_kind(tool->output) == PICTURE_UNKNOWN &&
+        os_file_facts(tool->output).kind != OS_FILE_OTHER) {
+        message("%s: --format is of the standard output, -o -; what a file is says the "
+                "ending of its name: .exr or .png",
+                tool->output);
+        return false;
+    }
     if (!picture_check_kind(tool->output, &error)) {
         message("%s", error.message);
         return false;
@@ -250,6 +258,40 @@ static bool check_usage(const struct filter_options *tool,
         return false;
     }
     return true;
+}
+
+/* Only the inputs themselves can come through a pipe. */
+static bool check_no_dash(const char *option, const char *name)
+{
+    char words[64];
+    if (!name || strcmp(name, "-") != 0)
+        return true;
+    snprintf(words, sizeof(words), "%s", option);
+    for (char *at = words; *at; at++)
+        *at = *at == '_' ? '-' : *at;
+    message("--%s: takes a file; - is the standard input as one of the inputs only%s",
+            words,
+            strcmp(words, "depth-file") == 0
+                ? ", also that of the depth: rackfocus filter colour.exr - -o out.exr"
+                : "");
+    return false;
+}
+
+#define DASH_OUTPUT(name) true
+#define DASH_TEXT(name) true
+#define DASH_NUMBER(name) true
+#define DASH_ASIDE(name) true
+#define DASH_INPUT(name) check_no_dash(#name, tool->name)
+#define DASH_INPUTS(name) DASH_INPUT(name)
+#define DASH_INPUT_OR_TEXT(name) DASH_INPUT(name)
+#define DASH(kind, type, name) &&DASH_##kind(name)
+
+static bool check_no_dashes(const struct options *all)
+{
+    const struct filter_options *tool = &all->filter;
+    return check_no_dash("params", tool->params) &&
+           check_no_dash("frame-parameters", all->sequence.parameters)
+               FILTER_OPTIONS(DASH);
 }
 
 /* A name with #### is for the frames of a sequence, which the input is not. */
@@ -412,8 +454,8 @@ int filter_command_run(int argc, char **argv, struct frames_report *report)
         (opened = pipes_open(&all.pipes, &operands, &all.filter.output, all.format == 1,
                              &error)) != APP_DONE)
         code = exit_code(opened, &error);
-    else if (!check_usage(tool, &operands) || !check_globs(&operands) ||
-             !check_sequence(&all, &operands))
+    else if (!check_usage(tool, &operands) || !check_no_dashes(&all) ||
+             !check_globs(&operands) || !check_sequence(&all, &operands))
         code = EXIT_USAGE;
     else
         code = exit_code(run(&all, &settings, &operands, &error), &error);

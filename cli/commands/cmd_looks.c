@@ -86,12 +86,19 @@ static int save_look(const char *name, const struct settings *settings)
                 name, name);
         return EXIT_USAGE;
     }
-    if (look_save(name, settings, &error)) {
-        printf("--look %s has these parameters from now on\n", name);
-        return EXIT_DONE;
+    char path[4096];
+    if (!look_save(name, settings, &error)) {
+        message("--save: %s", error.message);
+        return EXIT_FAILED;
     }
-    message("--save: %s", error.message);
-    return EXIT_FAILED;
+    if (look_is_given(name) && look_path(name, path, sizeof(path)))
+        printf(
+            "--look %s has these parameters from now on, in place of the look of that "
+            "name that comes with the program; remove %s to have that again\n",
+            name, path);
+    else
+        printf("--look %s has these parameters from now on\n", name);
+    return EXIT_DONE;
 }
 
 static int cmd_looks(int argc, char **argv)

@@ -7,6 +7,7 @@
 
 #include "console/cli.h"
 #include "console/help.h"
+#include "file.h"
 #include "sources/settings.h"
 
 /* One run of the parser. */
@@ -288,11 +289,23 @@ static int parse_long(struct parser *parser, const char *argument)
     return fail_unknown(parser, name);
 }
 
+/* A file whose name begins with a dash, as far as can be told. */
+static bool is_like_file(const char *argument)
+{
+    return strchr(argument, '.') || os_file_facts(argument).kind != OS_FILE_NONE;
+}
+
 /* "-q", "-j4", "-j 4", "-qo out.exr". */
 static int parse_short(struct parser *parser, const char *letters)
 {
+    const char *argument = letters - 1;
     for (; *letters; letters++) {
         const struct option *option = find_option(parser->command, NULL, *letters);
+        if (!option && is_like_file(argument)) {
+            message("unknown option -%c; if '%s' is a file, name it ./%s", *letters,
+                    argument, argument);
+            return EXIT_USAGE;
+        }
         if (!option) {
             message("unknown option -%c; see rackfocus %s --help", *letters,
                     parser->command->name);

@@ -288,6 +288,42 @@ def test_unknown_kind_of_output(fails, scene):
     fails(scene(), "--output-coc", "c.png", code=2, texts=texts)
 
 
+def test_names_that_begin_with_a_dash(rackfocus, scene, tmp_path):
+    scene("-x.exr")
+    done = rackfocus("filter", "-x.exr", "-o", "o.exr", cwd=tmp_path, code=2)
+    assert "if '-x.exr' is a file, name it ./-x.exr" in done.stderr
+    assert "./" not in rackfocus("filter", "-Q", "-o", "o.exr", code=2).stderr
+    rackfocus("filter", "./-x.exr", "-o", "o.exr", cwd=tmp_path)
+
+
+@pytest.mark.parametrize(
+    "arguments, texts",
+    [
+        (["in.exr", "-o", "ff", "--format", "exr"],
+         ["ff: --format is of the standard output, -o -", ".exr or .png"]),
+        (["in.exr", "-o", "/dev/null"], ["/dev/null: is no file on a disk", "-o -"]),
+        (["in.exr", "-o", "o.exr", "--depth-file", "-"],
+         ["--depth-file: takes a file", "rackfocus filter colour.exr - -o"]),
+        (["in.exr", "-o", "o.exr", "--params", "-"], ["--params: takes a file"]),
+        (["in.exr", "-o", "o.exr", "--aperture-image", "-"], ["--aperture-image: takes"]),
+    ],
+)  # fmt: skip
+def test_where_a_pipe_can_be(rackfocus, scene, tmp_path, arguments, texts):
+    scene("in.exr")
+    done = rackfocus("filter", *arguments, cwd=tmp_path, code=2)
+    assert all(text in done.stderr for text in texts), done.stderr
+    assert not (tmp_path / "o.exr").exists()
+
+
+def test_depth_comes_through_a_pipe_as_an_input(rackfocus, scene, tmp_path):
+    def keep(names):
+        return lambda channels: [channels.pop(n) for n in set(channels) - set(names)]
+
+    scene("colour.exr", change=keep("RGB"))
+    with open(scene("depth.exr", change=keep("Z")), "rb") as file:
+        rackfocus("filter", "colour.exr", "-", "-o", "o.exr", cwd=tmp_path, stdin=file)
+
+
 def test_unknown_command(rackfocus):
     assert "did you mean 'rackfocus filter'?" in rackfocus("fliter", code=2).stderr
     assert "rackfocus --help" in rackfocus("xyzzyx", code=2).stderr

@@ -111,8 +111,13 @@ def test_the_list_and_ones_own(rackfocus, scene, tmp_path, monkeypatch):
     assert "--swirl 0.35" in given[0]["options"]
     files = Path(__file__).parents[2].glob("looks/*.params")
     assert {file.stem for file in files} == {look["name"] for look in given}
-    rackfocus("looks", "--save", "mine", "--blades", "5", "--swirl", "0.2")
-    rackfocus("looks", "--save", "fast", "--blades", "7")
+    done = rackfocus("looks", "--save", "mine", "--blades", "5", "--swirl", "0.2")
+    assert done.stdout == "--look mine has these parameters from now on\n"
+    done = rackfocus("looks", "--save", "fast", "--blades", "7")
+    assert "in place of the look of that name that comes with the program; remove" in (
+        done.stdout
+    )
+    assert "new/config/rackfocus/looks/fast.params" in done.stdout
     looks = {x["name"]: x for x in json.loads(rackfocus("looks", "--json").stdout)}
     assert len(looks) == len(given) + 1
     assert "--blades 5" in looks["mine"]["options"]

@@ -428,6 +428,48 @@ def test_info_shows_what_matters_first(rackfocus, scene):
     ).stdout  # fmt: skip
 
 
+# ---- headers -------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "attribute, said",
+    [
+        ("rackfocus:nope", "is not read: there is no such parameter"),
+        ("rackfocus:fstop", "is not read; is rackfocus:fStop meant?"),
+        ("rackfocus:fStop", None),
+        ("rackfocus:fStop.left", None),
+        ("rackfocus:lensOffset.left", None),
+        ("rackfocus:shearDistance", None),
+        ("rackfocus:shutterTime", None),
+        ("other:nope", None),
+    ],
+)
+def test_attributes_that_nothing_reads(run, scene, attribute, said):
+    path = scene(attributes={attribute: 2.0})
+    done = run(path)
+    if said:
+        assert f"{path}: attribute {attribute} of the header {said}" in done.stderr
+        assert done.stderr.count(attribute) == 1
+        run(path, "--strict", code=1)
+    else:
+        assert done.stderr == ""
+
+
+def test_a_mean_of_one_view_says_so(run, scene):
+    done = run(scene(), "--method", "accumulate", lens=[])
+    assert "one view is its own mean: nothing is blurred" in done.stderr
+    assert "is its own mean" not in run(scene()).stderr
+
+
+def test_half_a_pixel_is_not_0(run, scene):
+    def one(channels):
+        for name in channels:
+            channels[name] = channels[name][:1, :1]
+
+    done = run(scene(change=one), lens=["--lens-radius", "5", "--focus-distance", "1"])
+    assert "cut at a radius of 0.5 px" in done.stderr
+
+
 # ---- hostile files -------------------------------------------------------------------
 
 
@@ -438,7 +480,8 @@ def test_a_pipe_with_a_name_is_refused(rackfocus, tmp_path, command):
     done = rackfocus(
         command, pipe, *[pipe] * (command == "compare"), code=1, timeout=60
     )
-    assert "is not a regular file" in done.stderr
+    assert "is not a regular file but a pipe or device" in done.stderr
+    assert "name it -, which filter, info and compare take" in done.stderr
 
 
 def test_too_many_attributes(rackfocus, scene):

@@ -223,11 +223,20 @@ def test_a_bad_value_in_a_table_names_the_frame(run, shot, tmp_path):
 
 
 @pytest.mark.parametrize(
-    "frames", ["", "x", "5-1", "1-", "1-3x0", "1,,2", "1 2", "1-9e9"]
+    "frames, why",
+    [(frames, "is no list") for frames in ["x", "1-", "1-3x0", "1,,2", "1 2"]]
+    + [
+        ("1-9e9", "is no list"),
+        ("5-1x", "ends before it begins"),
+        ("5-1", "ends before it begins; write the smaller number first"),
+        ("1-1000000000", "no frame can have; they lie in -1000000 to 100000000"),
+        ("1-99999999999999999999", "no frame can have"),
+        ("1-2000000", "has more than 1000000 frames"),
+    ],
 )
-def test_bad_lists(run, shot, tmp_path, frames):
+def test_bad_lists(run, shot, tmp_path, frames, why):
     done = run(shot(1), "--frames", frames, code=2)
-    assert "--frames" in done.stderr
+    assert f"--frames: '{frames}' " in done.stderr and why in done.stderr
     assert made(tmp_path) == []
 
 

@@ -405,3 +405,16 @@ def test_python_takes_the_albedo_too(clean, oidn, package, tmp_path):
     made, names = read(out)
     made = made[..., [names.index(c) for c in "RGB"]]
     assert np.array_equal(np.load(tmp_path / "made.npy"), made)
+
+
+def test_no_guide_is_spoken_of_first(rackfocus, tmp_path):
+    """Before a denoiser is asked for, which may not be there."""
+    path = tmp_path / "own.exr"
+    write(path, np.full((8, 8, 3), 0.5, np.float32), "RGB")
+    done = rackfocus(
+        "finish", path, "-o", tmp_path / "out.exr", code=1,
+        env=os.environ | {"RACKFOCUS_OIDN": str(tmp_path)},
+    )  # fmt: skip
+    first, *rest = done.stderr.splitlines()
+    assert "own.exr: has no albedo and no guide is given" in first
+    assert "Open Image Denoise" in rest[0]
