@@ -22,17 +22,30 @@ static bool is_other_float(const Py_buffer *buffer)
     return *format && strchr("efdg", *format) && !format[1];
 }
 
-static int check(const Py_buffer *buffer, const char *name)
+static int fail_format(const Py_buffer *buffer, const char *name, bool is_writable)
 {
-    if (!is_float32(buffer)) {
-        const bool is_float = is_other_float(buffer);
+    const char *format = buffer->format ? buffer->format : "B";
+    if (is_writable) /* a converted copy would be lost */
         PyErr_Format(PyExc_TypeError,
-                     "%s: samples must be 32 bit floats, not of the format '%s'%s%s%s",
-                     name, buffer->format ? buffer->format : "B",
-                     is_float ? "; give " : "", is_float ? name : "",
-                     is_float ? ".astype(numpy.float32)" : "");
-        return -1;
-    }
+                     "%s: samples must be 32 bit floats, not of the format '%s'; make "
+                     "the array with dtype=numpy.float32",
+                     name, format);
+    else if (is_other_float(buffer))
+        PyErr_Format(PyExc_TypeError,
+                     "%s: samples must be 32 bit floats, not of the format '%s'; give "
+                     "%s.astype(numpy.float32)",
+                     name, format, name);
+    else
+        PyErr_Format(PyExc_TypeError,
+                     "%s: samples must be 32 bit floats, not of the format '%s'", name,
+                     format);
+    return -1;
+}
+
+static int check(const Py_buffer *buffer, const char *name, bool is_writable)
+{
+    if (!is_float32(buffer))
+        return fail_format(buffer, name, is_writable);
     if (buffer->ndim != 2 && buffer->ndim != 3)
         return plugin_fail(name,
                            "the shape must be (height, width) or (height, width, "
@@ -82,7 +95,7 @@ int plugin_open_image(struct plugin_image *image, PyObject *object, const char *
                      is_writable ? "writable" : "readable");
         return -1;
     }
-    if (check(buffer, name) < 0) {
+    if (check(buffer, name, is_writable) < 0) {
         PyBuffer_Release(buffer);
         return -1;
     }
@@ -134,8 +147,10 @@ int plugin_open_each(PyObject *sequence, struct plugin_range range,
                      int (*open)(void *user, PyObject *item), void *user)
 {
     const Py_ssize_t n = PySequence_Size(sequence);
-    if (n < 0)
+    if (n < 0) {
+        PyErr_Format(PyExc_TypeError, "%s: a list or a tuple is needed", range.name);
         return -1;
+    }
     if (n < range.least || n > range.most)
         return plugin_fail(range.name, "%zd were given; %d to %d can be", n,
                            range.least, range.most);

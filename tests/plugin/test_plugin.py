@@ -755,6 +755,9 @@ def test_other_floats_are_told_how_to_become_ours(kind):
     ):
         with pytest.raises(TypeError, match=rf"{name}: .*{name}\.astype\(numpy\.float"):
             rackfocus.apply(*arrays)
+    out = np.zeros((3, 4, 3), kind)
+    with pytest.raises(TypeError, match="out: .*with dtype=numpy.float32"):
+        rackfocus.apply(colour_of(3, 4, 3), colour_of(3, 4), out)
 
 
 def test_views_that_are_none_are_described():
@@ -763,6 +766,8 @@ def test_views_that_are_none_are_described():
     for wrong in (one, (*one, 3, 4), (*one, (0, 0)), 5):
         with pytest.raises(TypeError, match=r"view 0 must be a rackfocus\.View"):
             views.process_views([wrong], colour_of(3, 4, 3))
+    with pytest.raises(TypeError, match="views: a list or a tuple is needed"):
+        views.process_views((view for view in [one]), colour_of(3, 4, 3))
 
 
 def test_a_look_that_cannot_be_read(tmp_path, monkeypatch):
