@@ -29,6 +29,7 @@
 #include "base/pool.h"
 #include "base/task.h"
 #include "compose/footprint_grid.h"
+#include "compose/footprint_trace.h"
 #include "compose/lens_cells.h"
 #include "compose/zones.h"
 #include "kernels/data.h"
@@ -59,6 +60,9 @@ static const double DUST = 1e-6;
 static const double WIDE_DUST = 4e-3, WIDE_PX = 1;
 /* Of a part of the lens: most of its rim is inside, where the next part makes up. */
 static const double PART_DUST = 5e-2;
+
+/* Pixels to each side that a footprint has at the most: 16 bits hold twice of it. */
+static const double MOST_REACH = 16368;
 
 static const double CORNER = 2.83; /* |p|^3 in the corner of a picture */
 
@@ -107,7 +111,15 @@ struct lines {
     int n;
     const struct rf_zone *zone;
     struct rf_interval *part;
+    size_t missing_bytes; /* the most that memory was asked for in vain */
 };
+
+static bool note_missing(struct lines *lines, size_t n_bytes)
+{
+    if (n_bytes > lines->missing_bytes)
+        lines->missing_bytes = n_bytes;
+    return false;
+}
 
 /* What is to be built. */
 struct request {
@@ -127,10 +139,11 @@ static bool cut_lines(struct lines *lines, const struct rf_context *context,
     rf_free(context, lines->part);
     /* Room for the lines of the whole lens, behind those of the cells. */
     size_t n_parts = (size_t)n * (size_t)n_cells;
-    *lines = (struct lines){
-        n, zone, rf_alloc(context, n_parts + (size_t)n, sizeof *lines->part)};
+    lines->n = n;
+    lines->zone = zone;
+    lines->part = rf_alloc(context, n_parts + (size_t)n, sizeof *lines->part);
     if (!lines->part)
-        return false;
+        return note_missing(lines, (n_parts + (size_t)n) * sizeof *lines->part);
     struct rf_interval *cut = lines->part + n_parts;
     rf_shape_lines(zone->shape, range, n, cut);
     for (int i = 0; i < n; i++)
@@ -341,7 +354,7 @@ static bool mirror(struct rf_grid *g, bool is_in_row)
 
 /* Turns the grid into segments; one block of memory holds all of it. */
 static struct rf_footprint *pack(struct rf_grid *g, const struct rf_context *context,
-                                 int n_cells, bool is_common)
+                                 int n_cells, bool is_common, struct lines *lines)
 {
     bool is_mirrored = (n_cells == 1 || is_common) && mirror(g, false);
     bool is_even = is_mirrored && mirror(g, true);
@@ -356,10 +369,12 @@ static struct rf_footprint *pack(struct rf_grid *g, const struct rf_context *con
             }
     size_t head = 64 + RF_FOOTPRINT_LANES * sizeof(float),
            body = ((size_t)n_weights * sizeof(float) + 63) / 64 * 64;
-    char *memory = rf_calloc(
-        context, 1, head + body + (size_t)n_segments * sizeof(struct rf_segment));
-    if (!memory)
+    size_t n_bytes = head + body + (size_t)n_segments * sizeof(struct rf_segment);
+    char *memory = rf_calloc(context, 1, n_bytes);
+    if (!memory) {
+        note_missing(lines, n_bytes);
         return NULL;
+    }
     struct rf_footprint *p = (struct rf_footprint *)memory;
     _Static_assert(sizeof *p <= 64, "the head holds the footprint");
     p->weights = (float *)(memory + head);
@@ -368,8 +383,8 @@ static struct rf_footprint *pack(struct rf_grid *g, const struct rf_context *con
     p->is_even = is_even;
     p->n_mirrored = is_mirrored ? n_segments / 2 : 0;
     p->n_side_by_side = n_spare + 1;
-    p->min_dx = p->min_dy = INT16_MAX;
-    p->max_dx = p->max_dy = INT16_MIN;
+    p->min_dx = p->min_dy = n_segments > 0 ? INT16_MAX : 0;
+    p->max_dx = p->max_dy = n_segments > 0 ? INT16_MIN : 0;
     n_weights = 0;
     for (int y = 0; y < g->height; y++)
         for (int c = 0; c < n_cells; c++) {
@@ -508,22 +523,31 @@ static void middle_of(const struct rf_footprints *f, const struct request *q,
     }
 }
 
+/* A grid of weights 0 for n_cells, `reach` px around the pixel. False: out of memory. */
+static bool make_grid(struct rf_grid *g, const struct rf_footprints *f, int n_cells,
+                      const double reach[2], struct lines *lines)
+{
+    g->reach_x = (int)ceil(fmin(reach[0], MOST_REACH)) + 3;
+    g->reach_y = (int)ceil(fmin(reach[1], MOST_REACH)) + 3;
+    g->width = 2 * g->reach_x + 1;
+    g->height = 2 * g->reach_y + 1;
+    size_t n = (size_t)g->width * (size_t)g->height * (size_t)n_cells;
+    g->weight = rf_calloc(f->context, n + (size_t)g->width, sizeof(double));
+    if (!g->weight)
+        return note_missing(lines, (n + (size_t)g->width) * sizeof(double));
+    g->line = g->weight + n;
+    return true;
+}
+
 static struct rf_footprint *build_request(const struct rf_footprints *f,
                                           const struct request *q, struct lines *lines)
 {
     int n_cells = q->zone->cells.n;
     double at[2], reach[2];
     middle_of(f, q, at, reach);
-    struct rf_grid g = {.kernel = &rf_footprint_kernels[q->kind],
-                        .reach_x = (int)ceil(reach[0]) + 3,
-                        .reach_y = (int)ceil(reach[1]) + 3};
-    g.width = 2 * g.reach_x + 1;
-    g.height = 2 * g.reach_y + 1;
-    size_t n = (size_t)g.width * (size_t)g.height * (size_t)n_cells;
-    g.weight = rf_calloc(f->context, n + (size_t)g.width, sizeof(double));
-    if (!g.weight)
+    struct rf_grid g = {.kernel = &rf_footprint_kernels[q->kind]};
+    if (!make_grid(&g, f, n_cells, reach, lines))
         return NULL;
-    g.line = g.weight + n;
     if (q->r == 0 && f->spherical == 0)
         fill_point(&g, n_cells, at);
     else if (!fill_level(&g, f, lines, q, at)) {
@@ -536,25 +560,47 @@ static struct rf_footprint *build_request(const struct rf_footprints *f,
     bool is_common = n_cells > 1 && !(q->level > 0) && fabs(q->r) < RF_COMMON_PX;
     if (is_common)
         join_cells(&g, n_cells);
-    struct rf_footprint *built = pack(&g, f->context, n_cells, is_common);
+    struct rf_footprint *built = pack(&g, f->context, n_cells, is_common, lines);
+    rf_free(f->context, g.weight);
+    return built;
+}
+
+/* That of a list's entry whose shape is no polygon. */
+static struct rf_footprint *build_traced(const struct rf_footprints *f,
+                                         const struct rf_listed *l, struct lines *lines)
+{
+    struct rf_lens_cells whole = {.n = 1};
+    struct rf_grid g = {.weight = NULL};
+    struct rf_trace trace = {f, l->q, rf_radius_of_index(l->index), {0}};
+    double reach[2];
+    trace.at[0] = (l->phase % f->n_phases + 0.5) / f->n_phases;
+    trace.at[1] = (l->phase / f->n_phases + 0.5) / f->n_phases;
+    rf_trace_reach(&trace, reach);
+    if (!make_grid(&g, f, 1, reach, lines))
+        return NULL;
+    whole.share[0] = rf_trace_fill(&trace, &g);
+    normalise(&g, &whole, DUST);
+    struct rf_footprint *built = pack(&g, f->context, 1, false, lines);
     rf_free(f->context, g.weight);
     return built;
 }
 
 /* That of a list's entry, whose zone is its own place. */
 static struct rf_footprint *build_listed(const struct rf_footprints *f,
-                                         const struct rf_listed *l)
+                                         const struct rf_listed *l, struct lines *lines)
 {
     struct rf_shape shape;
     struct rf_zone zone;
-    struct lines lines = {.n = 0};
     double r = rf_radius_of_index(l->index);
+    if (rf_look_is_folded(&f->zones.look, f->shape, l->q, r))
+        return build_traced(f, l, lines);
     rf_zone_make(&zone, &shape, f->shape, &f->zones.look, l->q, r);
     if (f->bokeh)
         rf_zone_weigh(&zone, f->bokeh, f->bokeh_plane);
     struct request q = {&zone, r, 0, RF_POSITIVE, l->phase};
-    struct rf_footprint *built = build_request(f, &q, &lines);
-    rf_free(f->context, lines.part);
+    struct rf_footprint *built = build_request(f, &q, lines);
+    rf_free(f->context, lines->part);
+    lines->part = NULL; /* of the zone here */
     return built;
 }
 
@@ -564,7 +610,7 @@ static bool build(struct rf_footprints *f, size_t slot, struct lines *lines)
     if (__atomic_load_n(&f->table[slot], __ATOMIC_ACQUIRE))
         return true;
     if (f->list) {
-        built = build_listed(f, &f->list[slot]);
+        built = build_listed(f, &f->list[slot], lines);
     } else {
         struct request q = request_of(f, slot);
         built = build_request(f, &q, lines);
@@ -610,10 +656,14 @@ rf_result rf_footprints_build(struct rf_footprints *f, const unsigned char *need
         n_needed += needed[i] != 0;
     rf_task_phase(task, progress_to, n_needed);
     rf_parallel(f->context, n, 4, build_needed, &b);
-    for (size_t i = 0; i < n_threads; i++)
+    size_t missing_bytes = 0;
+    for (size_t i = 0; i < n_threads; i++) {
+        if (b.lines[i].missing_bytes > missing_bytes)
+            missing_bytes = b.lines[i].missing_bytes;
         rf_free(f->context, b.lines[i].part);
+    }
     rf_free(f->context, b.lines);
-    return b.n_failed ? rf_fail_memory(error, 1, 1u << 20) : RF_OK;
+    return b.n_failed ? rf_fail_memory(error, missing_bytes, 1) : RF_OK;
 }
 
 int rf_footprints_reach(const struct rf_footprints *f, int level, double r)

@@ -160,6 +160,7 @@ struct rf_look rf_field_look(const struct rf_frame *frame)
     look.slope[0] = f.k * f.tilt[0] * look.half_px;
     look.slope[1] = f.k * f.tilt[1] * look.half_px * look.pixel_aspect;
     look.bend = f.k * f.curvature;
+    look.most_px = f.most;
     double most =
         rf_length(look.slope[0], look.slope[1]) + 2 * fabs(look.bend); /* per q */
     return most / look.half_px >= LEAST_SLOPE ? look : plain;

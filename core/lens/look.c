@@ -22,6 +22,16 @@
  * ROUNDS of putting P in on the right hand side find. A disc of the second kind stays a
  * disc, of radius 1 / (1 - c r / h) with h half of the diagonal in px.
  *
+ * Beyond |q| = 1, where no pixel lies, M and g are those of the nearest place with
+ * |q| = 1, so that no footprint is wider than |r| (1 + max(a, s, 0)).
+ *
+ * The rounds take the way left by L per round,
+ *
+ *   L = |r| / h |u| 2 (|a| + |s|) |q| + |M u| |grad g| / h      at the most
+ *
+ * and up to L = 1 one P only belongs to u. Where L > MOST_SLOPE the footprint is traced:
+ * u is a plain function of P (rf_look_lens_point()).
+ *
  * Ours; the second disc is the usual model of optical vignetting (docs/looks.md).
  */
 #include "lens/look.h"
@@ -87,6 +97,15 @@ double rf_look_growth(const struct rf_look *look)
     return 1 + fmax(fmax(look->astigmatism, look->swirl), 0);
 }
 
+/* The place where M and g are taken for q. */
+static void clip_place(const double q[2], double to[2])
+{
+    double q2 = q[0] * q[0] + q[1] * q[1];
+    double scale = q2 > 1 ? 1 / sqrt(q2) : 1;
+    for (int k = 0; k < 2; k++)
+        to[k] = q[k] * scale;
+}
+
 /* M(q) u. */
 static void stretch(const struct rf_look *look, const double q[2], const double u[2],
                     double out[2])
@@ -108,17 +127,22 @@ static void stretch(const struct rf_look *look, const double q[2], const double 
 static double radius_to(const struct rf_look *look, const double q[2], double r,
                         const double to[2])
 {
+    if (!is_bent(look))
+        return r;
     double step = to[0] * to[0] + to[1] * to[1] - q[0] * q[0] - q[1] * q[1];
-    return r + look->slope[0] * (to[0] - q[0]) + look->slope[1] * (to[1] - q[1]) +
-           look->bend * step;
+    double to_px = r + look->slope[0] * (to[0] - q[0]) +
+                   look->slope[1] * (to[1] - q[1]) + look->bend * step;
+    return fmin(fmax(to_px, -look->most_px), look->most_px);
 }
 
 /* The pixel's place that a sample at q of radius r reaches through the lens point u. */
 static void reach(const struct rf_look *look, const double q[2], double r,
                   const double u[2], double out[2])
 {
-    double at[2], size = radius_to(look, q, r, out) / look->half_px;
-    stretch(look, out, u, at);
+    double at[2], seen[2];
+    clip_place(out, seen);
+    double size = radius_to(look, q, r, seen) / look->half_px;
+    stretch(look, seen, u, at);
     for (int k = 0; k < 2; k++)
         out[k] = q[k] + at[k] * size;
 }
@@ -130,6 +154,8 @@ static void map_point(const struct rf_look *look, const double q[2], double r,
     double to[2] = {q[0], q[1]};
     for (int i = 0; i < ROUNDS && r != 0; i++)
         reach(look, q, r, u, to);
+    if (r != 0)
+        clip_place((double[2]){to[0], to[1]}, to);
     stretch(look, to, u, out);
     for (int k = 0; k < 2 && r != 0; k++)
         out[k] *= radius_to(look, q, r, to) / r;
@@ -260,6 +286,96 @@ double rf_look_shape(const struct rf_look *look, const struct rf_shape *whole,
     recentre(whole->origin, shape, centroid);
     return share;
 }
+
+/* ---- traced footprints --------------------------------------------------------- */
+
+/* By which a sample at q of radius r is seen at the most. */
+static double most_radius(const struct rf_look *look, const double q[2], double r)
+{
+    if (!is_bent(look))
+        return fabs(r);
+    double away = 1 + rf_length(q[0], q[1]);
+    double more = rf_length(look->slope[0], look->slope[1]) * away +
+                  fabs(look->bend) * away * away;
+    return fmin(fabs(r) + more, fmax(look->most_px, fabs(r)));
+}
+
+/* The length of the lens' farthest point from its middle, at the most. */
+static double lens_reach(const struct rf_shape *whole)
+{
+    return rf_length(fabs(whole->origin[0]) + whole->size[0],
+                     fabs(whole->origin[1]) + whole->size[1]);
+}
+
+double rf_look_bound_px(const struct rf_look *look, const struct rf_shape *whole,
+                        const double q[2], double r)
+{
+    return most_radius(look, q, r) * lens_reach(whole) * rf_look_growth(look);
+}
+
+bool rf_look_is_folded(const struct rf_look *look, const struct rf_shape *whole,
+                       const double q[2], double r)
+{
+    static const double MOST_SLOPE = 0.25; /* from 0.28 on shapes are wrong by 2.2 % */
+    if (is_scaled(look) || r == 0)
+        return false;
+    double bound = rf_look_bound_px(look, whole, q, r) / look->half_px;
+    double away = fmin(rf_length(q[0], q[1]) + bound, 1), wide = lens_reach(whole);
+    double of_place = 2 * (fabs(look->astigmatism) + fabs(look->swirl)) * away *
+                      most_radius(look, q, r) * wide;
+    double bent =
+        (rf_length(look->slope[0], look->slope[1]) + 2 * fabs(look->bend) * away) *
+        wide * rf_look_growth(look);
+    return (of_place + bent) / look->half_px > MOST_SLOPE;
+}
+
+/* M(q)^-1 v. */
+static void shrink(const struct rf_look *look, const double q[2], const double v[2],
+                   double out[2])
+{
+    double q2 = q[0] * q[0] + q[1] * q[1];
+    if (q2 == 0) {
+        memcpy(out, v, 2 * sizeof *v);
+        return;
+    }
+    double along = (q[0] * v[0] + q[1] * v[1]) / (q2 * (1 + look->astigmatism * q2));
+    double across = (q[0] * v[1] - q[1] * v[0]) / (q2 * (1 + look->swirl * q2));
+    out[0] = along * q[0] - across * q[1];
+    out[1] = along * q[1] + across * q[0];
+}
+
+/* Do the second disc and the doors let the lens point u through to the place q? */
+static bool is_let_through(const struct rf_look *look, const double q[2],
+                           const double u[2])
+{
+    const double p[2] = {look->ratio * u[0], u[1]};
+    double beside[2] = {p[0] - look->cat_eye * q[0], p[1] - look->cat_eye * q[1]};
+    if (look->cat_eye > 0 && rf_length(beside[0], beside[1]) > 1)
+        return false;
+    for (int i = 0; i < RF_N_DOORS; i++) {
+        double side = i == RF_DOOR_RIGHT || i == RF_DOOR_TOP ? 1 : -1;
+        double b = look->door[i], at = side * (p[i / 2] - b * q[i / 2]);
+        if (b > 0 && at < -1)
+            return false;
+    }
+    return true;
+}
+
+bool rf_look_lens_point(const struct rf_look *look, const struct rf_shape *whole,
+                        const double q[2], double r, const double to[2], double u[2])
+{
+    double seen[2];
+    clip_place(to, seen);
+    double size = radius_to(look, q, r, seen) / look->half_px;
+    if (size == 0)
+        return false;
+    const double way[2] = {(to[0] - q[0]) / size, (to[1] - q[1]) / size};
+    shrink(look, seen, way, u);
+    return rf_shape_contains(whole, u[0] - whole->origin[0], u[1] - whole->origin[1]) &&
+           is_let_through(look, seen, u);
+}
+
+/* ---- light --------------------------------------------------------------------- */
 
 /*
  * Of two discs of radius 1 whose middles are d apart, the share that both cover: 4 / pi

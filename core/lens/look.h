@@ -23,6 +23,7 @@ struct rf_look {
     /* The surface in focus adds slope . q + bend |q|^2 px to a radius; see
      * rf_field_look(). */
     double slope[2], bend;
+    double most_px; /* radii of a bent surface are clipped to it */
 };
 
 /* Of a whole picture of width x height px. */
@@ -55,6 +56,27 @@ double rf_look_growth(const struct rf_look *look);
 double rf_look_shape(const struct rf_look *look, const struct rf_shape *whole,
                      const double q[2], double r, struct rf_shape *shape,
                      double centroid[2]);
+
+/*
+ * How far from a sample at q of radius r the pixels lie that it can light, px along each
+ * axis at the most; rows count as the pixels that they are high.
+ */
+double rf_look_bound_px(const struct rf_look *look, const struct rf_shape *whole,
+                        const double q[2], double r);
+
+/*
+ * May a lens point of a sample at q light several pixels, or be found too slowly? Then
+ * rf_look_shape() does not know the footprint, which is traced by rf_look_lens_point().
+ */
+bool rf_look_is_folded(const struct rf_look *look, const struct rf_shape *whole,
+                       const double q[2], double r);
+
+/*
+ * The point u of the whole lens through which the pixel's place `to` sees a sample at q
+ * of radius r. False: the lens is closed there, or u lies beside it.
+ */
+bool rf_look_lens_point(const struct rf_look *look, const struct rf_shape *whole,
+                        const double q[2], double r, const double to[2], double u[2]);
 
 /* The share of a whole or part aperture that lets light through at q. */
 double rf_look_light(const struct rf_look *look, const struct rf_shape *whole,
