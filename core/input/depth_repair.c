@@ -62,8 +62,10 @@ size_t rf_depth_divide_by_alpha(struct rf_depth_channel *channel)
 {
     const struct rf_image *colour = &channel->colour;
     size_t n_changed = 0;
-    for (int32_t y = 0; y < channel->height && colour->data && colour->channels == 4;
-         y++)
+    if (!colour->data || colour->channels != 4 ||
+        rf_depth_check(channel, NULL) != RF_OK)
+        return 0;
+    for (int32_t y = 0; y < channel->height; y++)
         n_changed +=
             divide_row(colour, channel->depth + (size_t)y * (size_t)channel->width,
                        channel->width, y);

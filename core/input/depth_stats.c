@@ -282,9 +282,14 @@ rf_result rf_depth_tally_create(struct rf_depth_tally **tally,
 }
 
 void rf_depth_tally_add(struct rf_depth_tally *tally,
-                        const struct rf_depth_channel *strip)
+                        const struct rf_depth_channel *given)
 {
+    struct rf_depth_channel checked = *given, *strip = &checked;
     const struct map map = {strip->depth, strip->width, strip->height, tally->infinity};
+    if (strip->colour.height > strip->height) /* the rows below it, too */
+        strip->colour.height = strip->height;
+    if (rf_depth_check(strip, NULL) != RF_OK)
+        strip->colour.data = NULL; /* of other pixels */
     count_values(&map, &tally->stats);
     keep_hits(&map, tally);
     count_mixed(&map, tally);
@@ -325,10 +330,12 @@ rf_result rf_depth_measure(const struct rf_context *context,
                            struct rf_depth_stats *stats, struct rf_error *error)
 {
     struct rf_depth_tally *tally = NULL;
-    if (!channel || !channel->depth || !stats || stats->size == 0)
-        return rf_fail(error, RF_ERROR_ARGUMENT, stats ? "channel" : "stats",
-                       "a pointer is NULL, or rf_depth_stats.size is not set");
-    rf_result result = rf_depth_tally_create(&tally, context, channel, error);
+    if (!stats || stats->size == 0)
+        return rf_fail(error, RF_ERROR_ARGUMENT, "stats",
+                       "stats is NULL, or its size is not set");
+    rf_result result = rf_depth_check(channel, error);
+    if (result == RF_OK)
+        result = rf_depth_tally_create(&tally, context, channel, error);
     if (result != RF_OK)
         return result;
     rf_depth_tally_add(tally, channel);

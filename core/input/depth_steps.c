@@ -8,6 +8,7 @@
 #include "base/context.h"
 #include "base/error.h"
 #include "base/pool.h"
+#include "input/image.h"
 
 bool rf_depth_find_step(double a, double beyond_a, double b, double beyond_b,
                         double infinity, struct rf_depth_step *step)
@@ -41,14 +42,26 @@ void rf_depth_give_back(const struct rf_context *context, void *memory)
         free(memory);
 }
 
+rf_result rf_depth_check(const struct rf_depth_channel *channel, struct rf_error *error)
+{
+    if (!channel || !channel->depth || channel->width < 1 || channel->height < 1)
+        return rf_fail(error, RF_ERROR_ARGUMENT, "channel",
+                       "a pointer is NULL or the depth has no pixels");
+    return channel->colour.data ? rf_image_check(&channel->colour, "colour",
+                                                 channel->width, channel->height, error)
+                                : RF_OK;
+}
+
 rf_result rf_depth_change_all(const struct rf_context *context,
                               struct rf_depth_channel *channel, rf_depth_change *change,
                               const void *data, size_t *n_changed,
                               struct rf_error *error)
 {
-    if (!channel || !channel->depth || !n_changed)
-        return rf_fail(error, RF_ERROR_ARGUMENT, n_changed ? "channel" : "n_changed",
-                       "a pointer is NULL");
+    if (!n_changed)
+        return rf_fail(error, RF_ERROR_ARGUMENT, "n_changed", "a pointer is NULL");
+    rf_result result = rf_depth_check(channel, error);
+    if (result != RF_OK)
+        return result;
     const size_t n = (size_t)channel->width * (size_t)channel->height;
     struct rf_depth_channel from = *channel;
     from.depth = rf_depth_take(context, n, sizeof *from.depth);

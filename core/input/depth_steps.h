@@ -32,6 +32,10 @@ struct rf_depth_step {
 bool rf_depth_find_step(double a, double beyond_a, double b, double beyond_b,
                         double infinity, struct rf_depth_step *step);
 
+/* RF_ERROR_ARGUMENT where a channel has no pixels, or colours of another size. */
+rf_result rf_depth_check(const struct rf_depth_channel *channel,
+                         struct rf_error *error);
+
 /*
  * Gives each pixel of a channel what `change` makes of it, which sees the depths as they
  * were, in `from`; *n_changed is raised by how many differ. RF_ERROR_ARGUMENT where a

@@ -226,10 +226,11 @@ void rf_views_copy(struct rf_view *known, const struct rf_view *views, int n)
 
 rf_result rf_view_check_place(const struct rf_view *view, struct rf_error *error)
 {
-    if (isfinite(view->lens_offset[0]) && isfinite(view->lens_offset[1]) &&
-        view->shear_distance >= 0)
-        return RF_OK;
-    return rf_fail(error, RF_ERROR_ARGUMENT, "lens_offset",
-                   "a view's place on the lens must be finite and its shear distance 0 "
-                   "or more");
+    if (!isfinite(view->lens_offset[0]) || !isfinite(view->lens_offset[1]))
+        return rf_fail(error, RF_ERROR_ARGUMENT, "lens_offset",
+                       "a view's place on the lens must be finite");
+    if (!(view->shear_distance >= 0))
+        return rf_fail(error, RF_ERROR_ARGUMENT, "shear_distance",
+                       "a view's shear_distance must be 0 or more");
+    return RF_OK;
 }

@@ -553,6 +553,47 @@ static void outputs_with_a_stride_of_0_are_refused(void)
     views_end();
 }
 
+/* Values of one place, addresses that no float has, strides that lead out of memory. */
+static void strides_that_cannot_be_are_refused(void)
+{
+    views_begin();
+    struct rf_image rows = v.to, pixels = v.to, odd = v.to, far = v.to, two = v.to;
+    rows.row_bytes = rows.pixel_bytes = 4;
+    pixels.pixel_bytes = 8;
+    odd.data = (char *)odd.data + 1;
+    far.row_bytes = PTRDIFF_MAX - 3;
+    two.pixel_bytes = PTRDIFF_MIN;
+    const struct rf_image bad[] = {rows, pixels, odd, far, two};
+    for (int i = 0; i < 5; i++) {
+        struct rf_view view = v.view;
+        REFUSED(rf_filter_process(v.filter, &v.view, 1, &bad[i], NULL, &error), "out",
+                i == 2 ? "address" : "strides");
+        view.colour = bad[i];
+        if (i >= 2)
+            REFUSED(rf_filter_process(v.filter, &view, 1, &v.to, NULL, &error),
+                    "colour", i == 2 ? "address" : "strides");
+    }
+    struct rf_image turned = rf_image_packed(v.to.data, W, H, v.to.channels);
+    turned.row_bytes = v.to.channels * 4;
+    turned.pixel_bytes = H * turned.row_bytes;
+    CHECK(rf_filter_process(v.filter, &v.view, 1, &turned, NULL, NULL) == RF_OK);
+    views_end();
+}
+
+/* The field that is wrong is the one that is named. */
+static void shears_are_named(void)
+{
+    static const double bad[] = {-1, NAN};
+    views_begin();
+    for (int i = 0; i < 2; i++) {
+        struct rf_view view = v.view;
+        view.shear_distance = bad[i];
+        REFUSED(rf_filter_process(v.filter, &view, 1, &v.to, NULL, &error),
+                "shear_distance", "0 or more");
+    }
+    views_end();
+}
+
 /* ---- deep frames --------------------------------------------------------------- */
 
 struct remarks {
@@ -615,6 +656,8 @@ int main(int argc, char **argv)
     TEST(a_depth_of_three_channels_is_refused);
     TEST(maps_go_into_one_channel);
     TEST(outputs_with_a_stride_of_0_are_refused);
+    TEST(strides_that_cannot_be_are_refused);
+    TEST(shears_are_named);
     TEST(opacity_above_1_is_remarked);
     TEST(bad_sizes_are_rejected);
     TEST(odd_sizes_work);

@@ -282,6 +282,31 @@ static void wrong_arguments_are_errors(void)
     CHECK(rf_depth_tally_create(&tally, NULL, &none, &error) == RF_ERROR_ARGUMENT);
 }
 
+/* Colours that have not the size of the depth are refused, and not read. */
+static void colours_of_another_size_are_errors(void)
+{
+    static float few[4 * 8 * 8];
+    struct rf_depth_channel channel = channel_of(0);
+    struct rf_depth_stats stats = {.size = sizeof stats};
+    struct rf_error error;
+    size_t n = 0;
+    make_averaged();
+    channel.colour = rf_image_packed(few, 8, 8, 4);
+    CHECK(rf_depth_measure(NULL, &channel, &stats, &error) == RF_ERROR_ARGUMENT);
+    CHECK_STR(error.field, "colour");
+    CHECK(rf_depth_repair(NULL, &channel, &stats, &error) == RF_ERROR_ARGUMENT);
+    CHECK(rf_depth_snap(NULL, &channel, &n, &error) == RF_ERROR_ARGUMENT);
+    CHECK(rf_depth_narrow(NULL, &channel, &stats, &n, &error) == RF_ERROR_ARGUMENT);
+    CHECK(rf_depth_fill(NULL, &channel, &n, &error) == RF_ERROR_ARGUMENT);
+    CHECK(rf_depth_divide_by_alpha(&channel) == 0);
+    CHECK(n == 0);
+    struct rf_depth_tally *tally;
+    REQUIRE(rf_depth_tally_create(&tally, NULL, &channel, NULL) == RF_OK);
+    rf_depth_tally_add(tally, &channel);
+    rf_depth_tally_finish(tally, &stats);
+    CHECK(stats.is_mixed && !stats.is_premultiplied);
+}
+
 static void memory_comes_from_the_context(void)
 {
     struct rf_context *context;
@@ -309,6 +334,7 @@ int main(int argc, char **argv)
     TEST(strips_add_up);
     TEST(mist_becomes_linear);
     TEST(wrong_arguments_are_errors);
+    TEST(colours_of_another_size_are_errors);
     TEST(memory_comes_from_the_context);
     return testing_end();
 }

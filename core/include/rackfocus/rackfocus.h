@@ -30,7 +30,9 @@
  *
  * Errors. Every function that can fail returns an rf_result and, where `error` is not
  * NULL, fills it with a message and the name of the offending field. On failure the
- * outputs are left untouched or, for pixels, undefined; nothing is leaked.
+ * outputs are left untouched or, for pixels, undefined; nothing is leaked. Such a
+ * function answers RF_ERROR_ARGUMENT to a NULL that it cannot do with; those that return
+ * something else must not be given one, unless their comment allows it.
  *
  * Binaries. A program goes on working with a newer library of the same soversion, which
  * is the first number of the version, without being built again:
@@ -789,7 +791,8 @@ struct rf_depth_stats {
 
 /**
  * Looks at a depth channel. `context` (may be NULL) gives the memory. RF_ERROR_MEMORY;
- * RF_ERROR_ARGUMENT: a pointer is NULL or `stats` says no size. Since 0.1.
+ * RF_ERROR_ARGUMENT: a pointer is NULL, `stats` says no size, or the colours have not
+ * the channel's. Since 0.1.
  */
 RF_API rf_result rf_depth_measure(const struct rf_context *context,
                                   const struct rf_depth_channel *channel,
@@ -807,7 +810,8 @@ RF_API rf_result rf_depth_tally_create(struct rf_depth_tally **tally,
                                        const struct rf_context *context,
                                        const struct rf_depth_channel *channel,
                                        struct rf_error *error);
-/** Adds a strip. Since 0.1. */
+/** Adds a strip; colours of another width, or of fewer rows, are not looked at. Since
+ * 0.1. */
 RF_API void rf_depth_tally_add(struct rf_depth_tally *tally,
                                const struct rf_depth_channel *strip);
 /** Fills `stats`, whose size is set, and frees the tally. Since 0.1. */
@@ -827,7 +831,8 @@ RF_API rf_result rf_depth_repair(const struct rf_context *context,
                                  struct rf_depth_stats *stats, struct rf_error *error);
 
 /** Divides depth by alpha, the fourth channel of the colours, in place; 0 where that is
- * 0. Returns how many pixels changed. Since 0.1. */
+ * 0. Returns how many pixels changed: none where the colours have not the channel's
+ * size. Since 0.1. */
 RF_API size_t rf_depth_divide_by_alpha(struct rf_depth_channel *channel);
 
 /** How far away pixels decide on what rf_depth_snap() gives one, px. Since 0.1. */
