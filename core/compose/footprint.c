@@ -571,7 +571,12 @@ static struct rf_footprint *build_traced(const struct rf_footprints *f,
 {
     struct rf_lens_cells whole = {.n = 1};
     struct rf_grid g = {.weight = NULL};
-    struct rf_trace trace = {f, l->q, rf_radius_of_index(l->index), {0}};
+    struct rf_trace trace = {.look = &f->zones.look,
+                             .shape = f->shape,
+                             .bokeh = f->bokeh,
+                             .bokeh_plane = f->bokeh_plane,
+                             .q = l->q,
+                             .r = rf_radius_of_index(l->index)};
     double reach[2];
     trace.at[0] = (l->phase % f->n_phases + 0.5) / f->n_phases;
     trace.at[1] = (l->phase / f->n_phases + 0.5) / f->n_phases;

@@ -36,15 +36,14 @@ struct area {
 
 static double aspect_of(const struct rf_trace *t, int axis)
 {
-    return axis ? t->footprints->shape->pixel_aspect : 1;
+    return axis ? t->shape->pixel_aspect : 1;
 }
 
 /* All that the lens can light. */
 static struct area all_of(const struct rf_trace *t)
 {
-    const struct rf_footprints *f = t->footprints;
     struct area all;
-    double bound = rf_look_bound_px(&f->zones.look, f->shape, t->q, t->r);
+    double bound = rf_look_bound_px(t->look, t->shape, t->q, t->r);
     for (int k = 0; k < 2; k++) {
         all.from[k] = t->at[k] - bound * aspect_of(t, k);
         all.to[k] = t->at[k] + bound * aspect_of(t, k);
@@ -55,7 +54,7 @@ static struct area all_of(const struct rf_trace *t)
 /* What of it lies in the picture, in whole pixels; `from` and `to` may be the same. */
 static struct area seen_of(const struct rf_trace *t)
 {
-    const struct rf_look *look = &t->footprints->zones.look;
+    const struct rf_look *look = t->look;
     struct area a = all_of(t);
     for (int k = 0; k < 2; k++) {
         double px = look->half_px * aspect_of(t, k), rest = ROUNDED * px + 1;
@@ -78,26 +77,25 @@ void rf_trace_reach(const struct rf_trace *t, double reach[2])
 /* The light of the lens' part of `wide` around u, in parts of its mean. */
 static double light_at(const struct rf_trace *t, const double u[2], double wide)
 {
-    const struct rf_footprints *f = t->footprints;
-    if (!f->bokeh)
+    if (!t->bokeh)
         return 1;
-    const struct rf_zone zone = {.shape = f->shape};
+    const struct rf_zone zone = {.shape = t->shape};
     double half = fmin(wide, 1) / 2;
     const struct rf_piece piece = {
-        {u[0] - f->shape->origin[0] - half, u[1] - f->shape->origin[1] - half},
-        {u[0] - f->shape->origin[0] + half, u[1] - f->shape->origin[1] + half}};
-    return rf_zone_light(&zone, f->bokeh, f->bokeh_plane, &piece) / (4 * half * half);
+        {u[0] - t->shape->origin[0] - half, u[1] - t->shape->origin[1] - half},
+        {u[0] - t->shape->origin[0] + half, u[1] - t->shape->origin[1] + half}};
+    return rf_zone_light(&zone, t->bokeh, t->bokeh_plane, &piece) / (4 * half * half);
 }
 
 /* The light that comes to (x, y), the middle of a square of `side` px. */
 static double light_to(const struct rf_trace *t, double x, double y, double side)
 {
-    const struct rf_look *look = &t->footprints->zones.look;
-    const double to[2] = {
-        t->q[0] + (x - t->at[0]) / look->half_px,
-        t->q[1] - (y - t->at[1]) / (look->half_px * look->pixel_aspect)};
+    const struct rf_look *look = t->look;
+    const double to[2] = {t->q[0] + (x - t->at[0]) / look->half_px,
+                          t->q[1] -
+                              (y - t->at[1]) / (look->half_px * look->pixel_aspect)};
     double u[2];
-    if (!rf_look_lens_point(look, t->footprints->shape, t->q, t->r, to, u))
+    if (!rf_look_lens_point(look, t->shape, t->q, t->r, to, u))
         return 0;
     return light_at(t, u, side / fabs(t->r));
 }
@@ -145,8 +143,8 @@ double rf_trace_fill(const struct rf_trace *t, struct rf_grid *g)
         for (int x = left; x < right; x++) {
             double light = 0;
             for (int i = 0; i < n * n; i++)
-                light += light_to(t, x + (i % n + 0.5) / n, y + (i / n + 0.5) / n,
-                                  1.0 / n);
+                light +=
+                    light_to(t, x + (i % n + 0.5) / n, y + (i / n + 0.5) / n, 1.0 / n);
             row[x] = light / (n * n);
             sum += row[x];
         }

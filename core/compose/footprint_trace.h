@@ -3,13 +3,18 @@
 #ifndef RF_COMPOSE_FOOTPRINT_TRACE_H
 #define RF_COMPOSE_FOOTPRINT_TRACE_H
 
-#include "compose/footprint.h"
 #include "compose/footprint_grid.h"
+#include "input/bokeh.h"
+#include "lens/aperture.h"
+#include "lens/look.h"
 
 /* A sample whose footprint is traced. */
 struct rf_trace {
-    const struct rf_footprints *footprints; /* of a list */
-    const double *q;                        /* its place, see lens/look.h */
+    const struct rf_look *look;
+    const struct rf_shape *shape; /* of the lens */
+    const struct rf_bokeh *bokeh; /* its light; NULL: even */
+    int bokeh_plane;
+    const double *q; /* the sample's place, see lens/look.h */
     double r;
     double at[2]; /* px from the corner of its pixel */
 };
