@@ -578,8 +578,9 @@ static struct rf_footprint *build_traced(const struct rf_footprints *f,
                              .q = l->q,
                              .r = rf_radius_of_index(l->index)};
     double reach[2];
-    trace.at[0] = (l->phase % f->n_phases + 0.5) / f->n_phases;
-    trace.at[1] = (l->phase / f->n_phases + 0.5) / f->n_phases;
+    const int phase[2] = {l->phase % f->n_phases, l->phase / f->n_phases};
+    for (int k = 0; k < 2; k++)
+        trace.at[k] = (phase[k] + 0.5) / f->n_phases;
     rf_trace_reach(&trace, reach);
     if (!make_grid(&g, f, 1, reach, lines))
         return NULL;

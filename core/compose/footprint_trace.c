@@ -120,12 +120,13 @@ static double light_beside(const struct rf_trace *t, const struct area *seen)
     double sum = 0, side[2];
     for (int k = 0; k < 2; k++)
         side[k] = (all.to[k] - all.from[k]) / LATTICE;
-    for (int i = 0; i < LATTICE * LATTICE; i++) {
-        double x = all.from[0] + (i % LATTICE + 0.5) * side[0];
-        double y = all.from[1] + (i / LATTICE + 0.5) * side[1];
-        if (!is_inside(seen, x, y))
-            sum += light_to(t, x, y, side[0]);
-    }
+    for (int k = 0; k < LATTICE; k++)
+        for (int i = 0; i < LATTICE; i++) {
+            double x = all.from[0] + (i + 0.5) * side[0];
+            double y = all.from[1] + (k + 0.5) * side[1];
+            if (!is_inside(seen, x, y))
+                sum += light_to(t, x, y, side[0]);
+        }
     return sum * side[0] * side[1];
 }
 
