@@ -220,7 +220,8 @@ static void finish_plane(const struct rf_composer *c, int p, const float *sum,
                          const float *coverage, int n, float *out)
 {
     if (sum)
-        c->kernels->divide(sum, coverage, p == 3 ? 1 : INFINITY, n, out);
+        c->kernels->divide(sum, coverage, p == 3 ? 0 : c->scene->least[p],
+                           p == 3 ? 1 : INFINITY, n, out);
     else
         fill_opaque(out, coverage, n);
 }
@@ -235,7 +236,7 @@ static void add_weighted(const struct rf_composer *c, const struct rf_crop *crop
     for (int p = 0; p < 4; p++)
         planes[p] = crop->planes[p] ? planes[p] : NULL;
     rf_light_map_row(crop->weights, x, y, n, weight);
-    c->kernels->divide_add(sums, coverage, 1, n, planes);
+    c->kernels->divide_add(sums, coverage, c->scene->least, 1, n, planes);
     for (int p = 0; p < 4; p++) {
         float *out = crop->planes[p] + crop->stride * y + x;
         for (int i = 0; i < n && planes[p]; i++)
@@ -256,7 +257,8 @@ static void finish_row(const struct rf_composer *c, const struct rf_crop *crop, 
         rf_gaps_note(c->gaps + (size_t)crop->width * (size_t)y + (size_t)x, coverage,
                      n);
     if (crop->rgba) {
-        c->kernels->divide_rgba(sums, coverage, n, crop->rgba + at + 3 * x);
+        c->kernels->divide_rgba(sums, coverage, c->scene->least, n,
+                                crop->rgba + at + 3 * x);
         return;
     }
     float *planes[4];
@@ -267,7 +269,8 @@ static void finish_row(const struct rf_composer *c, const struct rf_crop *crop, 
         return;
     }
     if (crop->weight != 0) {
-        c->kernels->divide_add(sums, coverage, crop->weight, n, planes);
+        c->kernels->divide_add(sums, coverage, c->scene->least, crop->weight, n,
+                               planes);
         return;
     }
     for (int p = 0; p < 4; p++)
@@ -437,6 +440,9 @@ static rf_result allocate(struct rf_composer *c, struct rf_error *error)
                                             .factors = c->factors,
                                             .first_row = RF_TILE_H,
                                             .last_row = -1};
+        for (int p = 0; p < 3 && c->scene->first_colour + p < 3; p++)
+            if (c->scene->least[c->scene->first_colour + p] < 0)
+                c->acc[i].least[p] = -INFINITY;
         for (int cell = 0; cell < canvas->n_cells; cell++)
             c->acc[i].share[cell] = (float)c->footprints->zones.at->cells.share[cell];
     }

@@ -88,7 +88,10 @@ struct rf_scene {
      * 0; and what its radii are more than the samples', px. */
     int colour;
     float radius_shift;
-    bool is_opaque;                   /* every alpha is 1: it needs no sums */
+    bool is_opaque; /* every alpha is 1: it needs no sums */
+    /* What the result has at the least: of what is below 0 in the picture the least, so
+     * that what a cubic leaves beside bright edges is cut off and all else is kept. */
+    float least[3];
     const struct rf_insides *insides; /* of the visible surfaces; NULL: not known */
     bool fills_gaps; /* what samples leave open looks like the pixels around */
     int n_phases;    /* sub-pixel positions per axis; 1: samples lie on pixel centres */

@@ -268,6 +268,7 @@ struct rf_spread_sums {
     uint32_t
         common_rows; /* a bit for each row that the common one holds something of */
     float share[RF_MAX_CELLS]; /* of each cell in what is common */
+    float least[4]; /* that light without coverage has, by plane: at most 0 */
     /*
      * [slant][cell], from -RF_MOST_SLANT on, of cells and what is common: what light
      * and coverage of a slanted surface are multiplied by.
@@ -352,8 +353,9 @@ struct rf_shadows {
 
 /* What pixels of a row have that others lack. */
 enum rf_row_kind {
-    RF_ROW_FILM = 1,    /* alpha other than 1 */
-    RF_ROW_INFINITE = 2 /* values that are not finite */
+    RF_ROW_FILM = 1,     /* alpha other than 1 */
+    RF_ROW_INFINITE = 2, /* values that are not finite */
+    RF_ROW_NEGATIVE = 4  /* values below 0 */
 };
 
 /* Planar depth in a perspective: what makes a radius of it. */

@@ -59,15 +59,17 @@ static void pack(const float *const planes[4], int n, float *rgba)
             rgba[4 * x + i] = planes[i][x];
 }
 
-static bool load_row(const float *const planes[4], const float *radius, int n,
-                     struct rf_surface *at, float *luminance)
+static unsigned load_row(const float *const planes[4], const float *radius, int n,
+                         struct rf_surface *at, float *luminance)
 {
-    vi has_alpha = {0};
+    vi has_alpha = {0}, is_negative = {0};
     int x = 0;
     for (; x + LANES <= n; x += LANES) {
         vf v[4];
-        for (int i = 0; i < 3; i++)
+        for (int i = 0; i < 3; i++) {
             v[i] = LOAD(planes[i] + x);
+            is_negative |= v[i] < SPLAT(0);
+        }
         v[3] = planes[3] ? LOAD(planes[3] + x) : SPLAT(1);
         has_alpha |= v[3] != SPLAT(1);
         STORE(luminance + x, luminance_of(v));
@@ -79,21 +81,24 @@ static bool load_row(const float *const planes[4], const float *radius, int n,
             at[x + i].r = radius[x + i];
         }
     }
-    bool is_opaque = !lane_bits(has_alpha);
+    unsigned kind = (lane_bits(has_alpha) ? RF_ROW_FILM : 0) |
+                    (lane_bits(is_negative) ? RF_ROW_NEGATIVE : 0);
     for (; x < n; x++) {
-        for (int i = 0; i < 4; i++)
+        for (int i = 0; i < 4; i++) {
             at[x].c[i] = planes[i] ? planes[i][x] : 1;
+            kind |= i < 3 && at[x].c[i] < 0 ? RF_ROW_NEGATIVE : 0;
+        }
         at[x].r = radius[x];
         luminance[x] = rf_luminance(at[x].c[0], at[x].c[1], at[x].c[2]);
-        is_opaque &= at[x].c[3] == 1;
+        kind |= at[x].c[3] != 1 ? RF_ROW_FILM : 0;
     }
-    return !is_opaque;
+    return kind;
 }
 
 static unsigned load_rgba(const float *rgba, const float *radius, int n,
                           struct rf_surface *at, float *luminance)
 {
-    vi bad = {0}, is_film = {0};
+    vi bad = {0}, is_film = {0}, is_negative = {0};
     int x = 0;
     for (; x + LANES <= n; x += LANES) {
         vf v[4];
@@ -106,10 +111,13 @@ static unsigned load_rgba(const float *rgba, const float *radius, int n,
             at[x + i].r = radius[x + i];
         turn_halves(v);
         is_film |= v[3] != SPLAT(1);
+        for (int i = 0; i < 3; i++)
+            is_negative |= v[i] < SPLAT(0);
         STORE(luminance + x, luminance_of(v));
     }
     unsigned kind = (lane_bits(is_film) ? RF_ROW_FILM : 0) |
-                    (lane_bits(bad << 1 != 0) ? RF_ROW_INFINITE : 0);
+                    (lane_bits(bad << 1 != 0) ? RF_ROW_INFINITE : 0) |
+                    (lane_bits(is_negative) ? RF_ROW_NEGATIVE : 0);
     for (; x < n; x++) {
         const float *c = rgba + 4 * x;
         memcpy(at[x].c, c, sizeof at[x].c);
@@ -117,7 +125,8 @@ static unsigned load_rgba(const float *rgba, const float *radius, int n,
         luminance[x] = rf_luminance(c[0], c[1], c[2]);
         kind |= c[3] != 1 ? RF_ROW_FILM : 0;
         for (int i = 0; i < 4; i++)
-            kind |= c[i] - c[i] == 0 ? 0 : RF_ROW_INFINITE;
+            kind |= (c[i] - c[i] == 0 ? 0 : RF_ROW_INFINITE) |
+                    (i < 3 && c[i] < 0 ? RF_ROW_NEGATIVE : 0);
     }
     return kind;
 }
@@ -213,55 +222,59 @@ static void join(const float *blurred, const float *low, const float *at,
                  const float *k, float most, int n, float *out)
 {
     for (int x = 0; x < n; x += LANES) {
-        vf v = load_part(blurred + x, n - x);
-        if (k)
-            v += load_part(k + x, n - x) *
-                 (load_part(at + x, n - x) - load_part(low + x, n - x));
-        store_part(out + x, n - x, vmin(vmax(v, SPLAT(0)), SPLAT(most)));
+        vf v = load_part(blurred + x, n - x), least = vmin(v, SPLAT(0));
+        if (k) {
+            vf here = load_part(at + x, n - x);
+            v += load_part(k + x, n - x) * (here - load_part(low + x, n - x));
+            least = vmin(least, here);
+        }
+        store_part(out + x, n - x, vmin(vmax(v, least), SPLAT(most)));
     }
 }
 
 static const float NO_COVERAGE = 1e-6f; /* or less */
 
-/* sum / w, limited to 0 .. most; 0 where w is no coverage. */
-static inline vf quotient(vf sum, vf w, vf most)
+/* sum / w, limited to least .. most; 0 where w is no coverage. */
+static inline vf quotient(vf sum, vf w, vf least, vf most)
 {
-    const vf least = SPLAT(NO_COVERAGE);
-    vf v = vmax(sum / vmax(w, least), SPLAT(0));
-    return vmin(choose(w > least, v, SPLAT(0)), most);
+    const vf least_w = SPLAT(NO_COVERAGE);
+    vf v = vmax(sum / vmax(w, least_w), least);
+    return vmin(choose(w > least_w, v, SPLAT(0)), most);
 }
 
-static void divide(const float *sum, const float *coverage, float most, int n,
-                   float *out)
+static void divide(const float *sum, const float *coverage, float least, float most,
+                   int n, float *out)
 {
     for (int x = 0; x < n; x += LANES) {
         vf v = load_part(sum + x, n - x), w = load_part(coverage + x, n - x);
-        store_part(out + x, n - x, quotient(v, w, SPLAT(most)));
+        store_part(out + x, n - x, quotient(v, w, SPLAT(least), SPLAT(most)));
     }
 }
 
 /* Quotients of up to eight pixels; most of a picture is covered exactly. */
 static inline __attribute__((always_inline)) void
-divide_pixels(const float *const sum[4], const float *coverage, int x, int n, vf v[4])
+divide_pixels(const float *const sum[4], const float *coverage, const float least[3],
+              int x, int n, vf v[4])
 {
     vf w = load_part(coverage + x, n);
     bool is_full = lane_bits(w == SPLAT(1)) == (1u << LANES) - 1;
     for (int i = 0; i < 3; i++) {
         v[i] = load_part(sum[i] + x, n);
-        v[i] = is_full ? vmax(v[i], SPLAT(0)) : quotient(v[i], w, SPLAT(INFINITY));
+        vf low = SPLAT(least[i]);
+        v[i] = is_full ? vmax(v[i], low) : quotient(v[i], w, low, SPLAT(INFINITY));
     }
     if (sum[3])
-        v[3] = quotient(load_part(sum[3] + x, n), w, SPLAT(1));
+        v[3] = quotient(load_part(sum[3] + x, n), w, SPLAT(0), SPLAT(1));
     else
         v[3] = choose(w > SPLAT(NO_COVERAGE), SPLAT(1), SPLAT(0));
 }
 
-static void divide_add(const float *const sum[4], const float *coverage, float weight,
-                       int n, float *const out[4])
+static void divide_add(const float *const sum[4], const float *coverage,
+                       const float least[3], float weight, int n, float *const out[4])
 {
     vf v[4];
     for (int x = 0; x < n; x += LANES) {
-        divide_pixels(sum, coverage, x, n - x, v);
+        divide_pixels(sum, coverage, least, x, n - x, v);
         for (int p = 0; p < 4; p++)
             if (out[p])
                 store_part(out[p] + x, n - x,
@@ -269,15 +282,15 @@ static void divide_add(const float *const sum[4], const float *coverage, float w
     }
 }
 
-static void divide_rgba(const float *const sum[4], const float *coverage, int n,
-                        float *rgba)
+static void divide_rgba(const float *const sum[4], const float *coverage,
+                        const float least[3], int n, float *rgba)
 {
     /* A picture is larger than the caches: lines of it would be fetched for nothing. */
     const bool is_streamed = (uintptr_t)rgba % 16 == 0;
     vf v[4];
     int x = 0;
     for (; x + LANES <= n; x += LANES) {
-        divide_pixels(sum, coverage, x, LANES, v);
+        divide_pixels(sum, coverage, least, x, LANES, v);
         turn_halves(v);
         for (int i = 0; i < 4; i++) {
             float *low = rgba + 4 * (x + i), *high = low + 4 * 4;
@@ -286,7 +299,7 @@ static void divide_rgba(const float *const sum[4], const float *coverage, int n,
     }
     if (x == n)
         return;
-    divide_pixels(sum, coverage, x, n - x, v);
+    divide_pixels(sum, coverage, least, x, n - x, v);
     for (int i = 0; i < n - x; i++)
         for (int p = 0; p < 4; p++)
             rgba[4 * (x + i) + p] = v[p][i];

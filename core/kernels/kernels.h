@@ -101,10 +101,10 @@ struct rf_kernels {
                      float *scratch, float *lowest, float *highest);
     /*
      * Surfaces of n pixels and their luminance from planes of colour, alpha (NULL: 1)
-     * and radius; returns whether any is not opaque.
+     * and radius; returns enum rf_row_kind, but for RF_ROW_INFINITE.
      */
-    bool (*load_row)(const float *const planes[4], const float *radius, int n,
-                     struct rf_surface *at, float *luminance);
+    unsigned (*load_row)(const float *const planes[4], const float *radius, int n,
+                         struct rf_surface *at, float *luminance);
     /*
      * The same from RGBA quadruples; returns enum rf_row_kind. What is not finite has
      * no defined surface.
@@ -164,28 +164,28 @@ struct rf_kernels {
     bool (*detail)(const float *radius, const float *covered, float scale, int n,
                    float *k);
     /*
-     * out = blurred + k (at - low), limited to 0 .. most, for n pixels; with k NULL
-     * that of k = 0.
+     * out = blurred + k (at - low), limited to 0 .. most, or to `blurred` or `at` where
+     * that is below 0, for n pixels; with k NULL that of k = 0.
      */
     void (*join)(const float *blurred, const float *low, const float *at,
                  const float *k, float most, int n, float *out);
     /*
-     * out = sum / coverage for n pixels, limited to 0 .. most; 0 where the coverage is
-     * as good as none.
+     * out = sum / coverage for n pixels, limited to least .. most; 0 where the coverage
+     * is as good as none.
      */
-    void (*divide)(const float *sum, const float *coverage, float most, int n,
-                   float *out);
+    void (*divide)(const float *sum, const float *coverage, float least, float most,
+                   int n, float *out);
     /* The same of three or four sums, times `weight`, added to planes; NULL: not
      * wanted. With sum[3] NULL the last is as for divide_rgba(). */
-    void (*divide_add)(const float *const sum[4], const float *coverage, float weight,
-                       int n, float *const out[4]);
+    void (*divide_add)(const float *const sum[4], const float *coverage,
+                       const float least[3], float weight, int n, float *const out[4]);
     /*
      * The same to RGBA quadruples, of which the last is at most 1, or with sum[3] NULL
      * 1 and, where the coverage is as good as none, 0. They may be stored past the
      * caches: before another thread reads them, a fence is needed.
      */
-    void (*divide_rgba)(const float *const sum[4], const float *coverage, int n,
-                        float *rgba);
+    void (*divide_rgba)(const float *const sum[4], const float *coverage,
+                        const float least[3], int n, float *rgba);
     /*
      * The highest and the lowest radius of a block; does it change by more than most_x
      * or most_y between one of its pixels and a neighbour in its row or column?

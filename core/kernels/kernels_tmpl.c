@@ -102,7 +102,7 @@ gathered(const float *acc, const float *common, float share)
 
 static inline __attribute__((always_inline)) void
 flush_row(float *acc, const float *common, float share, float *t, float *sum,
-          size_t plane, int n_planes)
+          size_t plane, int n_planes, const float *least)
 {
     for (int x = 0; x < RF_TILE_W; x += LANES) {
         float *a = acc + RF_ACC_LEFT + x;
@@ -119,7 +119,7 @@ flush_row(float *acc, const float *common, float share, float *t, float *sum,
             float *s = sum + plane * (size_t)p + x;
             vf c = gathered(a + p * RF_ACC_STRIDE,
                             common ? b + p * RF_ACC_STRIDE : NULL, share);
-            STORE(s, LOAD(s) + q * choose(has_surface, c, vmax(c, SPLAT(0))));
+            STORE(s, LOAD(s) + q * choose(has_surface, c, vmax(c, SPLAT(least[p]))));
             STORE(a + p * RF_ACC_STRIDE, SPLAT(0));
         }
         STORE(a + last, SPLAT(0));
@@ -148,9 +148,9 @@ flush_all(struct rf_spread_sums *acc, const struct rf_tile_state *state, int n_p
             float *sum = state->sum + state->cell * (size_t)c + state->row * (size_t)y;
             if (acc->common_rows >> y & 1)
                 flush_row(row, common + row_size * (size_t)y, acc->share[c], t, sum,
-                          state->plane, n_planes);
+                          state->plane, n_planes, acc->least);
             else
-                flush_row(row, NULL, 0, t, sum, state->plane, n_planes);
+                flush_row(row, NULL, 0, t, sum, state->plane, n_planes, acc->least);
         }
     for (int y = acc->first_row; y <= acc->last_row; y++)
         if (acc->common_rows >> y & 1)

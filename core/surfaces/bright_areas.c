@@ -322,6 +322,10 @@ static void add_row(struct rf_survey *survey, const struct surveying *s, int y)
         survey->largest_radius = rf_max_float(fabsf(r), survey->largest_radius);
         if (s->n_planes == 4)
             survey->n_transparent += s->view->colour[3][row + (size_t)x] != 1;
+        for (int c = 0; c < 3; c++)
+            survey->least[c] = rf_min_float(
+                survey->least[c],
+                s->view->colour[s->n_planes == 1 ? 0 : c][row + (size_t)x]);
         rf_survey_add_light(survey, s->frame, s->view, s->n_planes, s->areas, x, y);
     }
 }
@@ -336,6 +340,8 @@ static void add_rows(void *data, int64_t begin, int64_t end, int thread)
     rf_spin_lock(&s->lock);
     survey->largest_radius = rf_max_float(own.largest_radius, survey->largest_radius);
     survey->n_transparent += own.n_transparent;
+    for (int c = 0; c < 3; c++)
+        survey->least[c] = rf_min_float(survey->least[c], own.least[c]);
     for (int i = 0; i < RF_SURVEY_FACTORS; i++)
         survey->disc_area[i] += own.disc_area[i];
     rf_spin_unlock(&s->lock);

@@ -63,7 +63,7 @@ static unsigned fetch_row(const struct rf_frame *f, const struct rf_work_view *v
     for (int n = 0; n < 3; n++)
         planes[n] = view->colour[n_planes == 1 ? 0 : n] + row;
     planes[3] = n_planes == 4 ? view->colour[3] + row : NULL;
-    return kernels->load_row(planes, radius, f->width, at, luminance) ? RF_ROW_FILM : 0;
+    return kernels->load_row(planes, radius, f->width, at, luminance);
 }
 
 /* Row y of the view, of what fetch_row() says. */
@@ -194,6 +194,7 @@ struct walk {
     struct rf_task *task;
     bool is_short;               /* of memory; atomic, as all flags */
     bool has_alpha, is_infinite; /* pixels that are not opaque, not finite */
+    bool is_negative;            /* values below 0 */
 };
 
 static void set_flag(bool *flag)
@@ -232,6 +233,21 @@ static void load_rows(void *data, int64_t begin, int64_t end, int thread)
             set_flag(&walk->has_alpha);
         if (found & RF_ROW_INFINITE)
             set_flag(&walk->is_infinite);
+        if (found & RF_ROW_NEGATIVE)
+            set_flag(&walk->is_negative);
+    }
+}
+
+/* The least values of the colours, not of what continues them. */
+static void find_least(struct rf_picture *picture)
+{
+    const struct rf_frame *f = picture->frame;
+    for (int y = picture->y0; y < picture->y0 + f->height; y++) {
+        const struct rf_surface *at =
+            picture->pixels.at + (size_t)y * (size_t)picture->width + picture->x0;
+        for (int x = 0; x < f->width; x++)
+            for (int c = 0; c < 3; c++)
+                picture->least[c] = rf_min_float(picture->least[c], at[x].c[c]);
     }
 }
 
@@ -260,6 +276,8 @@ static rf_result walk_rows(struct walk *walk, struct rf_error *error)
     rf_result result = RF_OK;
     rf_parallel(f->context, f->height, RF_EQUAL_PARTS, load_rows, walk);
     picture->has_alpha = walk->has_alpha;
+    if (walk->is_negative && !is_over(walk))
+        find_least(picture);
     if (!is_over(walk))
         result =
             rf_border_continue(f, p, picture->x0, picture->y0, picture->border, error);

@@ -40,6 +40,7 @@ struct rf_picture {
     uint64_t *others;
     uint64_t *possible_highlights; /* the same for those that may be highlights */
     bool has_alpha;                /* some pixel is not opaque */
+    float least[3];                /* of the colours; 0 where none is negative */
     struct rf_areas areas;
     /* Their light, once it is taken out of the surfaces (highlights_find.c). */
     struct rf_sample *highlights;

@@ -146,7 +146,7 @@ bool rf_split_fringe(const struct rf_pixels *p, int x, int y, struct rf_surface 
     float a = rf_split_share_of((rf_split_luminance(c) - base_l) / (h.peak - base_l));
     for (int n = 0; n < 4; n++) {
         light.c[n] = a > 0 ? (c->c[n] - (1 - a) * base.c[n]) / a : h.brightest.c[n];
-        light.c[n] = rf_max_float(light.c[n], 0);
+        light.c[n] = rf_max_float(light.c[n], rf_min_float(c->c[n], 0));
     }
     bool is_light_near = h.r < c->r;
     *near = is_light_near ? light : base;

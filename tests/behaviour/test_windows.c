@@ -191,6 +191,37 @@ static void windows_within_a_picture(void)
     subject_free(&s);
 }
 
+/* Colours below 0 in one corner, and bright edges all over: what a cubic leaves below 0
+ * is cut off where the whole picture's least value is. */
+static void negative_colours_of_the_whole(void)
+{
+    static const int heights[] = {301};
+    struct subject s = subject_make(150, 903, 3, 6, NULL);
+    struct frame *f = &s.f;
+    for (int y = 0; y < f->height; y++)
+        for (int x = 0; x < f->width; x++)
+            for (int c = 0; c < 3; c++)
+                *(frame_at(f, f->colour, x, y) + c) = y < 20 && c == 0
+                                                          ? -0.01f * (float)(1 + x % 5)
+                                                          : (x / 9 + y / 7) % 2 * 0.9f;
+    struct rf_window whole = {0, 0, f->width, f->height};
+    struct rf_view view = view_of(f, &whole);
+    struct rf_image out = cut(f->out, f, 3, &whole);
+    REQUIRE(rf_filter_process(s.filter, &view, 1, &out, NULL, NULL) == RF_OK);
+    s.survey = (struct rf_survey){.size = sizeof s.survey};
+    REQUIRE(survey(&s, f->width, 100, &s.survey, NULL) == RF_OK);
+    CHECK_NEAR(s.survey.least[0], -0.05, 1e-6);
+    CHECK(s.survey.least[1] == 0 && s.survey.least[2] == 0);
+    float least_red = 0, least_green = 0;
+    for (size_t i = 0; i < frame_pixels(f); i++) {
+        least_red = fminf(least_red, f->out[3 * i]);
+        least_green = fminf(least_green, f->out[3 * i + 1]);
+    }
+    CHECK(least_red < -0.03f && least_red >= s.survey.least[0] && least_green == 0);
+    check_strips(&s, heights, 1);
+    subject_free(&s);
+}
+
 /* So many lamps that the threshold of highlights rises, in one corner only. */
 static void highlights_of_the_whole(void)
 {
@@ -375,6 +406,7 @@ int main(int argc, char **argv)
     TEST(every_kind_of_picture);
     TEST(windows_within_a_picture);
     TEST(highlights_of_the_whole);
+    TEST(negative_colours_of_the_whole);
     TEST(surveys_of_any_windows);
     TEST(a_sharp_picture_is_copied);
     TEST(memory_is_as_announced);

@@ -447,9 +447,12 @@ static void call_divide(const struct rf_kernels *k, struct workspace *w, int var
 {
     for (int i = 0; i < 200; i += 3)
         w->at[1000 + i] *= i % 2 ? 1e-7f : -1;
-    k->divide(w->at + variant, w->at + 1000, variant == 1 ? 1 : INFINITY, 193 + variant,
-              w->at + 10000 + variant);
+    k->divide(w->at + variant, w->at + 1000, -0.2f * (float)variant,
+              variant == 1 ? 1 : INFINITY, 193 + variant, w->at + 10000 + variant);
 }
+
+/* What quotients have at the least. */
+static const float LEAST[3] = {0, -0.1f, -INFINITY};
 
 static void call_divide_add(const struct rf_kernels *k, struct workspace *w,
                             int variant)
@@ -462,7 +465,7 @@ static void call_divide_add(const struct rf_kernels *k, struct workspace *w,
         sum[c] = c == 3 && variant % 2 ? NULL : w->at + 900 * c + variant;
         out[c] = c == variant ? NULL : w->at + 10000 + 300 * c;
     }
-    k->divide_add(sum, w->at + 4000, 0.3f, 193 + variant, out);
+    k->divide_add(sum, w->at + 4000, LEAST, 0.3f, 193 + variant, out);
 }
 
 /* With alpha and without. */
@@ -474,7 +477,7 @@ static void call_divide_rgba(const struct rf_kernels *k, struct workspace *w,
     const float *sum[4];
     for (int c = 0; c < 4; c++)
         sum[c] = c == 3 && variant % 2 ? NULL : w->at + 900 * c + variant;
-    k->divide_rgba(sum, w->at + 4000, 193 + variant, w->at + 10000 + variant);
+    k->divide_rgba(sum, w->at + 4000, LEAST, 193 + variant, w->at + 10000 + variant);
 }
 
 static void call_log_row(const struct rf_kernels *k, struct workspace *w, int variant)

@@ -211,13 +211,14 @@ static void quadruples_are_planes(void)
     CHECK(k->load_rgba(rgba, radius, N, s[1], luminance[1]) == 0);
     CHECK(memcmp(s[0], s[1], sizeof s[0]) == 0);
     CHECK(memcmp(luminance[0], luminance[1], sizeof luminance[0]) == 0);
-    const float odd[] = {0.5f, INFINITY, -INFINITY, NAN};
+    const float odd[] = {0.5f, INFINITY, -INFINITY, NAN, -0.5f};
     for (int i = 0; i < 4 * N; i++)
-        for (int j = 0; j < 4; j++) {
+        for (int j = 0; j < 5; j++) {
             float was = rgba[i];
             rgba[i] = odd[j];
             unsigned kind = i % 4 == 3 ? RF_ROW_FILM : 0;
-            kind |= j > 0 ? RF_ROW_INFINITE : 0;
+            kind |= j > 0 && j < 4 ? RF_ROW_INFINITE : 0;
+            kind |= i % 4 < 3 && odd[j] < 0 ? RF_ROW_NEGATIVE : 0;
             CHECK(k->load_rgba(rgba, radius, N, s[1], luminance[1]) == kind);
             rgba[i] = was;
         }
@@ -419,10 +420,15 @@ static void quotients_are_limited(void)
     static const float sum[] = {1, 2, -1, 3, 3}, coverage[] = {2, 1, 1, 0, 1e-7f};
     static const float want[] = {0.5f, 1.5f, 0, 0, 0};
     float out[6] = {-7, -7, -7, -7, -7, -7};
-    rf_kernels_at(0)->divide(sum, coverage, 1.5f, 5, out);
+    rf_kernels_at(0)->divide(sum, coverage, 0, 1.5f, 5, out);
     for (int i = 0; i < 5; i++)
         CHECK(out[i] == want[i]);
     CHECK(out[5] == -7);
+    rf_kernels_at(0)->divide(sum, coverage, -0.5f, 1.5f, 5, out);
+    for (int i = 0; i < 5; i++)
+        CHECK(out[i] == (i == 2 ? -0.5f : want[i]));
+    rf_kernels_at(0)->divide(sum, coverage, -2, 1.5f, 5, out);
+    CHECK(out[2] == -1);
 }
 
 /* Quotients of quadruples are those of planes; what is opaque has no sum of alpha. */
@@ -430,6 +436,7 @@ static void quotients_of_quadruples(void)
 {
     enum { MOST = 20 };
     const struct rf_kernels *k = rf_kernels_at(0);
+    static const float least[3] = {0, -0.25f, -INFINITY};
     float plane[4][MOST], coverage[MOST], quotient[4][MOST], rgba[4 * MOST + 1];
     for (int i = 0; i < MOST; i++) {
         for (int p = 0; p < 4; p++)
@@ -441,9 +448,10 @@ static void quotients_of_quadruples(void)
             const float *sum[4] = {plane[0], plane[1], plane[2],
                                    is_opaque ? NULL : plane[3]};
             for (int p = 0; p < 4; p++)
-                k->divide(plane[p], coverage, p == 3 ? 1 : INFINITY, n, quotient[p]);
+                k->divide(plane[p], coverage, p == 3 ? 0 : least[p],
+                          p == 3 ? 1 : INFINITY, n, quotient[p]);
             rgba[4 * n] = -7;
-            k->divide_rgba(sum, coverage, n, rgba);
+            k->divide_rgba(sum, coverage, least, n, rgba);
             for (int i = 0; i < 4 * n; i++)
                 CHECK(rgba[i] == (i % 4 == 3 && is_opaque ? (float)(i / 4 % 5 != 0)
                                                           : quotient[i % 4][i / 4]));

@@ -300,6 +300,43 @@ static void a_lamp_at_the_border_is_no_bar(void)
     CHECK(light[2] > 0.25 * light[0] && light[2] < 0.5 * light[0]);
 }
 
+/*
+ * Light below 0, as colours out of gamut have it, is light: a picture of one colour stays
+ * so at any radius, and a lamp keeps all of its own.
+ */
+static void colours_below_0_are_kept(void)
+{
+    enum { SIDE = 100, MIDDLE = SIDE / 2 };
+    static const float colour[3] = {-0.05f, 0.5f, 0.1f}, lamp[3] = {-20, 900, 100};
+    static const int methods[] = {RF_METHOD_LAYERED, RF_METHOD_VIEWS,
+                                  RF_METHOD_LAYERED};
+    for (int i = 0; i < 3; i++)
+        for (int is_lit = 0; is_lit < 2; is_lit++) {
+            struct rf_params p;
+            struct frame f = frame_make(SIDE, SIDE, 3);
+            plain_params(&p, methods[i]);
+            p.quality = i == 2 ? RF_QUALITY_PREVIEW : RF_QUALITY_BEST;
+            for (int k = 0; k < SIDE * SIDE; k++) {
+                f.depth[k] = plain_depth(k % SIDE < 20 ? 0 : 12);
+                for (int c = 0; c < 3; c++)
+                    f.colour[3 * k + c] = colour[c];
+            }
+            for (int c = 0; c < 3 && is_lit; c++)
+                frame_at(&f, f.colour, MIDDLE, MIDDLE)[c] += lamp[c];
+            CHECK(frame_filter(&f, &p, 1, NULL) == RF_OK);
+            double sum[3] = {0};
+            for (int k = 0; k < SIDE * SIDE; k++)
+                for (int c = 0; c < 3; c++) {
+                    double more = (double)(f.out[3 * k + c] - colour[c]);
+                    sum[c] += more;
+                    CHECK(is_lit || fabs(more) < 1e-5);
+                }
+            for (int c = 0; c < 3 && is_lit && i < 2; c++)
+                CHECK_NEAR(sum[c] / (double)lamp[c], 1, 0.01);
+            frame_free(&f);
+        }
+}
+
 int main(int argc, char **argv)
 {
     testing_begin(argc, argv);
@@ -316,5 +353,6 @@ int main(int argc, char **argv)
     TEST(a_bright_sky_reaches_the_border);
     TEST(a_narrow_sky_reaches_the_border);
     TEST(a_lamp_at_the_border_is_no_bar);
+    TEST(colours_below_0_are_kept);
     return testing_end();
 }

@@ -623,6 +623,9 @@ struct rf_survey {
     double disc_area[RF_SURVEY_FACTORS]; /**< px^2 of highlights, by threshold */
     double lens_offset[2];               /**< of the view, as in struct rf_view */
     double shear_distance;               /**< likewise */
+    /** Of colours below 0 the least, as the method sees them: to params.blend_gamma, in
+     * parts of the power of two next to params.white. 0: none is. */
+    float least[3];
 };
 
 /**

@@ -468,6 +468,7 @@ static rf_result composite(struct rf_deep_work *d, struct rf_work *work,
                              .whole_stride = (size_t)d->picture.width,
                              .task = work->task,
                              .progress_to = 1};
+    memcpy(scene.least, d->picture.least, sizeof scene.least);
     rf_result result = rf_composite_crop(&scene, work, error);
     rf_free(context, whole);
     rf_free(context, hidden.at);

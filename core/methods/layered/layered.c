@@ -25,6 +25,7 @@
 
 #include <math.h>
 #include <stddef.h>
+#include <string.h>
 
 #include "base/context.h"
 #include "base/error.h"
@@ -177,6 +178,8 @@ static rf_result run(struct layered *state, struct rf_work *work,
                                               .radius_stride = pixels->stride,
                                               .most_per_pixel = 4,
                                               .largest_radius = largest};
+    memcpy(scene.least, view->survey ? view->survey->least : state->picture.least,
+           sizeof scene.least);
     if (state->hidden.at)
         scene.hidden_source = (struct rf_source){.emission = hidden_emission,
                                                  .user = state,

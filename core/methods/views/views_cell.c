@@ -592,6 +592,17 @@ static bool is_opaque(const struct rf_views *v)
     return true;
 }
 
+/* The least of what any view has. */
+static void find_least(const struct rf_views *v, float least[3])
+{
+    for (int j = 0; j < v->work->n_views; j++) {
+        const struct rf_survey *survey = v->work->views[j].survey;
+        const float *own = survey ? survey->least : v->pictures[j].least;
+        for (int c = 0; c < 3; c++)
+            least[c] = rf_min_float(least[c], own[c]);
+    }
+}
+
 static int find_phases(const struct rf_view_cell *cell)
 {
     const struct rf_look look = rf_frame_look(&cell->frame);
@@ -629,6 +640,7 @@ rf_result rf_view_cell_run(struct rf_view_cell *cell, double progress_to,
                              .weights = cell->weights.at ? &cell->weights : NULL,
                              .task = work->task,
                              .progress_to = progress_to};
+    find_least(cell->v, scene.least);
     int height = picture->height, n_views = work->n_views;
     int n_visible = rf_view_cell_n_own(cell) * height;
     int n_others = (n_views + (cell->hidden.at ? 1 : 0)) * height - n_visible;
