@@ -209,8 +209,6 @@ static void add_soft(const struct focuses *s, int y, int x0, int x1, float *to)
     int n = s->n_channels;
     for (int x = x0; x < x1; x++) {
         float weight = weight_at(s, x, y), *at = to + (size_t)x * (size_t)n;
-        if (s->step == 0)
-            memset(at, 0, (size_t)n * sizeof *at);
         if (weight <= 0)
             continue;
         const float *from = rf_image_at(&s->made_out, x - s->x, y - s->y, 0);
@@ -324,7 +322,7 @@ rf_result rf_focuses_process(const struct rf_frame *frame, const struct rf_view 
     s.n_steps = steps_of(&s.diopter);
     size_t n = (size_t)frame->width * (size_t)frame->height;
     size_t n_values = n * (size_t)s.n_channels;
-    s.sum = rf_alloc(frame->context, n_values, sizeof *s.sum);
+    s.sum = rf_calloc(frame->context, n_values, sizeof *s.sum);
     s.made = rf_alloc(frame->context, n_values, sizeof *s.made);
     rf_result result = s.sum && s.made
                            ? find_range(&s, s.made, error)

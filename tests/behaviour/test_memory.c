@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Memory ends at the k-th allocation, for every k: a clean error, no leak, no crash. */
+#include <math.h>
 #include <stdio.h>
 
 #include "physics/failing_memory.h"
@@ -164,19 +165,42 @@ static void sums_may_fail(void)
 }
 
 /* Memory full of rubbish or of zeros: the same picture. */
+static void check_rubbish(const struct rf_params *params)
+{
+    struct frame f = frame_make(70, 66, 3);
+    struct memory memory = {.lock = PTHREAD_MUTEX_INITIALIZER};
+    frame_fill_scene(&f, 7);
+    CHECK(run(&f, params, &memory, NULL) == RF_OK);
+    uint64_t rubbish = hash_bytes(0, f.out, frame_bytes(&f));
+    CHECK(frame_filter(&f, params, 2, NULL) == RF_OK);
+    CHECK(hash_bytes(0, f.out, frame_bytes(&f)) == rubbish);
+    float most = 0; /* the tests' core fills its own memory with huge values, too */
+    for (size_t i = 0; i < frame_pixels(&f) * (size_t)f.channels; i++)
+        most = fmaxf(fabsf(f.out[i]), most);
+    CHECK(most < 1e6f);
+    frame_free(&f);
+}
+
 static void nothing_is_read_before_it_is_written(void)
 {
     for (size_t m = 0; m < n_methods; m++) {
-        struct frame f = frame_make(70, 66, 3);
-        struct memory memory = {.lock = PTHREAD_MUTEX_INITIALIZER};
         struct rf_params params;
         scene_params(&params, (int)m);
-        frame_fill_scene(&f, 7);
-        CHECK(run(&f, &params, &memory, NULL) == RF_OK);
-        uint64_t rubbish = hash_bytes(0, f.out, frame_bytes(&f));
-        CHECK(frame_filter(&f, &params, 2, NULL) == RF_OK);
-        CHECK(hash_bytes(0, f.out, frame_bytes(&f)) == rubbish);
-        frame_free(&f);
+        check_rubbish(&params);
+    }
+}
+
+/* A border that begins, or ends, beyond the picture: no pixel is of one focus alone. */
+static void nor_within_the_border_of_a_split_diopter(void)
+{
+    for (int offset = -1; offset <= 1; offset++) {
+        struct rf_params params;
+        scene_params(&params, RF_METHOD_LAYERED);
+        params.split_diopter = 10 * params.focus_distance;
+        params.split_softness = 4;
+        params.split_offset = 1.6f * (float)offset;
+        params.lens_radius *= 4;
+        check_rubbish(&params);
     }
 }
 
@@ -189,5 +213,6 @@ int main(int argc, char **argv)
     TEST(every_allocation_of_focuses_may_fail);
     TEST(sums_may_fail);
     TEST(nothing_is_read_before_it_is_written);
+    TEST(nor_within_the_border_of_a_split_diopter);
     return testing_end();
 }
