@@ -143,9 +143,11 @@ double rf_trace_fill(const struct rf_trace *t, struct rf_grid *g)
         double *row = rf_grid_row(g, 0, y + g->reach_y) + g->reach_x;
         for (int x = left; x < right; x++) {
             double light = 0;
-            for (int i = 0; i < n * n; i++)
+            for (int i = 0; i < n * n; i++) {
+                int column = i % n, line = i / n;
                 light +=
-                    light_to(t, x + (i % n + 0.5) / n, y + (i / n + 0.5) / n, 1.0 / n);
+                    light_to(t, x + (column + 0.5) / n, y + (line + 0.5) / n, 1.0 / n);
+            }
             row[x] = light / (n * n);
             sum += row[x];
         }

@@ -185,6 +185,8 @@ static void strips_and_windows_agree(void)
         part[i] = depth[(y0 - m + i / w) * WIDTH + x0 - m + i % w];
     struct rf_depth_channel window = {part, channel.colour, w, h, 1e9};
     window.colour.data = colour + 3 * ((y0 - m) * WIDTH + x0 - m);
+    window.colour.width = w;
+    window.colour.height = h;
     REQUIRE(rf_depth_fill(NULL, &window, &n_part, NULL) == RF_OK && n_part > 0);
     REQUIRE(rf_depth_fill(NULL, &channel, &n_whole, NULL) == RF_OK);
     memcpy(whole, depth, sizeof whole);
