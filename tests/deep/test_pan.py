@@ -86,8 +86,8 @@ def filtered(rackfocus, folder, make):
 
 def test_a_slow_pan_does_not_flicker(rackfocus, tmp_path):
     """Flat frames have one depth per pixel, which jumps from one side of an edge to the
-    other; deep ones do not. Both flicker more than the lens: their figures are only
-    kept from growing.
+    other; deep ones do not. Both flicker more than the lens, by as much: their figures
+    are only kept from growing.
     """
     step = CAMERA.focus / CAMERA.focal_px / 8
     scenes = [scene(i * step) for i in range(N_FRAMES)]
@@ -105,7 +105,6 @@ def test_a_slow_pan_does_not_flicker(rackfocus, tmp_path):
         "pinhole": flicker([one[..., :3] for one in pinholes]) / lens,
     }
     print("flicker, times the lens's:", ratios)
-    assert ratios["deep"] < ratios["flat"]
     assert ratios["deep"] < 2.6
-    assert ratios["flat"] < 4
+    assert ratios["flat"] < 2.6
     assert ratios["pinhole"] > 1.5
