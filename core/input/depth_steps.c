@@ -2,6 +2,8 @@
 #include "input/depth_steps.h"
 
 #include <math.h>
+#include <stdbool.h>
+#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -52,6 +54,15 @@ rf_result rf_depth_check(const struct rf_depth_channel *channel, struct rf_error
                                 : RF_OK;
 }
 
+/* Of other bits: a NaN is not another one than itself. */
+static bool is_other(float a, float b)
+{
+    uint32_t bits[2];
+    memcpy(&bits[0], &a, sizeof a);
+    memcpy(&bits[1], &b, sizeof b);
+    return bits[0] != bits[1];
+}
+
 rf_result rf_depth_change_all(const struct rf_context *context,
                               struct rf_depth_channel *channel, rf_depth_change *change,
                               const void *data, size_t *n_changed,
@@ -72,7 +83,7 @@ rf_result rf_depth_change_all(const struct rf_context *context,
     for (int32_t y = 0; y < channel->height; y++)
         for (int32_t x = 0; x < channel->width; x++, to++) {
             const float z = change(&from, x, y, data);
-            *n_changed += memcmp(to, &z, sizeof z) != 0;
+            *n_changed += is_other(*to, z);
             *to = z;
         }
     rf_depth_give_back(context, from.depth);
