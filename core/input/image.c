@@ -82,10 +82,6 @@ rf_result rf_image_check(const struct rf_image *image, const char *name, int wid
         if (strides[i] % (ptrdiff_t)sizeof(float))
             return rf_fail(error, RF_ERROR_ARGUMENT, name,
                            "the strides of %s are not multiples of 4 bytes", name);
-    if ((uintptr_t)image->data % sizeof(float))
-        return rf_fail(error, RF_ERROR_ARGUMENT, name,
-                       "the data of %s begin at an address that is no multiple of 4",
-                       name);
     if (!is_within_memory(image))
         return rf_fail(
             error, RF_ERROR_ARGUMENT, name,

@@ -557,21 +557,20 @@ static void outputs_with_a_stride_of_0_are_refused(void)
 static void strides_that_cannot_be_are_refused(void)
 {
     views_begin();
-    struct rf_image rows = v.to, pixels = v.to, odd = v.to, far = v.to, two = v.to;
+    struct rf_image rows = v.to, pixels = v.to, far = v.to, two = v.to;
     rows.row_bytes = rows.pixel_bytes = 4;
     pixels.pixel_bytes = 8;
-    odd.data = (char *)odd.data + 1;
     far.row_bytes = PTRDIFF_MAX - 3;
     two.pixel_bytes = PTRDIFF_MIN;
-    const struct rf_image bad[] = {rows, pixels, odd, far, two};
-    for (int i = 0; i < 5; i++) {
+    const struct rf_image bad[] = {rows, pixels, far, two};
+    for (int i = 0; i < 4; i++) {
         struct rf_view view = v.view;
         REFUSED(rf_filter_process(v.filter, &v.view, 1, &bad[i], NULL, &error), "out",
-                i == 2 ? "address" : "strides");
+                "strides");
         view.colour = bad[i];
         if (i >= 2)
             REFUSED(rf_filter_process(v.filter, &view, 1, &v.to, NULL, &error),
-                    "colour", i == 2 ? "address" : "strides");
+                    "colour", "strides");
     }
     struct rf_image turned = rf_image_packed(v.to.data, W, H, v.to.channels);
     turned.row_bytes = v.to.channels * 4;
