@@ -1,21 +1,22 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
- * A straight edge between two surfaces, as a roof's before a sky, goes on straight behind
- * a post; the nearest candidates (hidden.c) bend it along the middle of the post. A line
- * through a pixel crosses such an edge once at the most. So where the first candidates to
- * both sides of the pixel have the same radius,
+ * A straight edge between two surfaces, as a roof's before a sky, goes on straight
+ * behind a post; the nearest candidates (hidden.c) bend it along the middle of the post.
+ * A line through a pixel crosses such an edge once at the most. So where the first
+ * candidates to both sides of the pixel have the same radius,
  *
  *   |r_a - r_b| < SAME
  *
  * no edge is between them, the pixel shows their surface, too, and no line shows the
  * surface on the other side of the edge at both ends. What the candidates voted for is
- * kept where one of 16 lines speaks for it, or none for another surface; else the surface
- * of the shortest line is the answer. A nearer surface that is less in focus hides only a
- * part of the lens, so it replaces none; where it was voted for, it gives way to what the
- * lens sees beside it with less than half of its blur, at a distance below r_a - r.
+ * kept where one of 16 lines speaks for it, or none for another surface; else the
+ * surface of the shortest line is the answer. A nearer surface that is less in focus
+ * hides only a part of the lens, so it replaces none; where it was voted for, it gives
+ * way to what the lens sees beside it with less than half of its blur, at a distance
+ * below r_a - r.
  *
- * Worth up to 4 dB where a post crosses a straight edge (tests/quality/layers.py, edges),
- * 0.06 on posts, portrait and soft edges, at 0.6 to 3 % of a picture.
+ * Worth up to 4.4 dB where a post crosses a straight edge (tests/quality/layers.py
+ * --edges), 0.06 on posts, 0.1 on portrait, at 0.6 to 3 % of a picture.
  */
 #include "surfaces/hidden_lines.h"
 
@@ -27,8 +28,8 @@
 
 /*
  * px of radius; the answers hardly depend on them. KEEP, within which an answer is the
- * surface of a line, is wider, for surfaces that slope. What is less in focus than CLEAR may
- * give way to what is CLEAR behind it.
+ * surface of a line, is wider, for surfaces that slope. What is out of focus by more than
+ * CLEAR may give way to what lies behind it by more than CLEAR.
  */
 static const float SAME = 1, KEEP = 2, CLEAR = 1;
 
@@ -87,8 +88,8 @@ static bool find_end(const struct look *look, int line, int sign, struct end *en
     return false;
 }
 
-/* Does the lens see the end, with less than half of the blur, beside a surface of radius r
- * before it? At any lesser blur: -0.5 dB on walls before bright skies. */
+/* Does the lens see the end, with less than half of the blur, beside a surface of radius
+ * r before it? At any lesser blur: -0.5 dB on walls before bright skies. */
 static bool is_clearer(const struct end *end, float r)
 {
     float room = end->r - r;

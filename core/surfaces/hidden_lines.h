@@ -28,8 +28,8 @@ void rf_hidden_lines_set(struct rf_hidden_lines *lines, float inv_x2, float inv_
 
 /*
  * Lets the lines through a query correct the radius *r of what was found behind it, and
- * *d2, the squared distance to that, px^2. No radius near the query is above `farthest`.
- * Has the query candidates on both sides? If not, those beside it hardly have.
+ * *d2, the squared distance to that, px^2. No radius near it is above `farthest`. Has the
+ * query candidates on both sides? If not, those beside it hardly have.
  */
 bool rf_hidden_line_up(const struct rf_hidden_lines *lines,
                        const struct rf_backs *backs,

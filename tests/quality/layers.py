@@ -5,13 +5,14 @@
     tests/quality/layers.py [--edges] FOLDER RACKFOCUS[,OTHER ..] [FIRST [END]]
 
 needs numpy and OpenImageIO of Python. Each number is a scene: posts, discs, leaves,
-walls and frames before a background, textured, some slanted, some with lamps or as bright
-as a sky, at radii of -25 to 55 px; with --edges posts before the straight edge of a wall,
-which stands before a sky or another wall. What every point of the lens sees of them is known, so
-the mean over 1600 points is the lens's picture, and the pinhole's depth is exact. Prints
-tPSNR in dB, 20 px and more within the border, of the sharp picture and of each program's.
-The scenes are kept in FOLDER (15 s each); so are sheets of what is worst: pinhole, lens,
-the first program's picture, twice the difference. What it found: docs/notebook/methods.md.
+walls and frames before a background, textured, some slanted, some with lamps or as
+bright as a sky, at radii of -25 to 55 px; with --edges posts before the straight edge of
+a wall, which stands before a sky or another wall. What every point of the lens sees of
+them is known, so the mean over 1600 points is the lens's picture, and the pinhole's
+depth is exact. Prints tPSNR in dB, 20 px and more within the border, of the sharp
+picture and of each program's. The scenes are kept in FOLDER (15 s each); so are sheets
+of what is worst: pinhole, lens, the first program's picture, twice the difference. What
+it found: docs/notebook/methods.md.
 """
 
 import subprocess

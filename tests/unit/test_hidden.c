@@ -152,7 +152,7 @@ enum { WIDE = 96, HIGH = 48, WIDE_POST = 24, WIDE_END = 72, FROM = 40, BLOCK = 8
 
 static struct rf_surface wide[WIDE * HIGH], answers[WIDE * HIGH];
 
-/* What is behind the nearest surfaces of `wide`; everything there has an answer or none. */
+/* Finds what is behind the surfaces of `wide`; a radius of NAN: nothing. */
 static void search_wide(void)
 {
     static float pure[WIDE * HIGH];
