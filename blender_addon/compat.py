@@ -10,9 +10,8 @@ from . import printed
 HAS_NODE_GROUPS = bpy.app.version >= (5, 0, 0)  # the compositor is a node group
 HAS_MEDIA_TYPE = bpy.app.version >= (5, 0, 0)
 ORTHO_LENS_IS_AT_CLIP = bpy.app.version < (4, 2, 0)  # Cycles; measured on 3.4 and 4.2
-# Measured: 3.4 and 4.2 composite around them, 5.0 composites nothing. The compositor of
-# the CPU was made anew in 4.4.
-UNKNOWN_NODES_STOP = bpy.app.version >= (4, 4, 0)
+# Measured: 3.4, 4.2, 5.1 and 5.2 composite around them; 4.4, 4.5 and 5.0 composite nothing.
+UNKNOWN_NODES_STOP = (4, 4, 0) <= bpy.app.version < (5, 1, 0)
 MATTES_ADD_VIEWS = bpy.app.version < (4, 4, 0)  # of multi-view; measured: the same ones
 MUTED_STRIPS_COUNT = bpy.app.version < (4, 5, 0)  # measured: 3.4, 4.2; 4.5, 5.0
 HAS_FLAT_RECT = bpy.app.version >= (4, 0, 0)

@@ -81,7 +81,7 @@ class OldNode(bpy.types.CompositorNode):
 
 @check
 def a_node_that_this_blender_lacks():
-    """5.0 composites nothing then: one view, sharp, and a message; not a crash."""
+    """4.4 to 5.0 composite nothing then: one view, sharp, and a message; not a crash."""
     scene = bpy.context.scene
     tree, *_ = tree_with_output(scene)
     bpy.utils.register_class(OldNode)
