@@ -14,7 +14,7 @@
 #include "kernels/data.h"
 #include "lens/aperture.h"
 
-enum { MAX_LINES = 4096 };
+enum { MAX_LINES = 4096, BLOCK = 256 /* of lines that are cut at a time */ };
 
 /* What the edge from a to b leaves of the line v, if that reaches it. */
 static void cut_edge(const double a[2], const double b[2], double v,
@@ -66,13 +66,14 @@ struct rf_interval rf_shape_line(const struct rf_shape *shape, double v)
     return cut;
 }
 
-void rf_shape_lines(const struct rf_shape *shape, struct rf_interval range, int n,
-                    struct rf_interval *cut)
+/* Where lines `first` to `end` - 1 of n cut the aperture. */
+static void cut_lines(const struct rf_shape *shape, struct rf_interval range, int n,
+                      int first, int end, struct rf_interval *cut)
 {
     double step = (range.to - range.from) / n;
-    for (int i = 0; i < n; i++)
-        cut[i] = shape->is_cut ? (struct rf_interval){-INFINITY, INFINITY}
-                               : rf_shape_line(shape, rf_line_at(range, i, n));
+    for (int i = first; i < end; i++)
+        cut[i - first] = shape->is_cut ? (struct rf_interval){-INFINITY, INFINITY}
+                                       : rf_shape_line(shape, rf_line_at(range, i, n));
     bool has_edges = shape->is_cut && step > 0; /* else the doors left no area */
     for (int k = 0, next = 1; has_edges && k < shape->n_corners; k++, next++) {
         const double *a = shape->corner[k];
@@ -80,9 +81,15 @@ void rf_shape_lines(const struct rf_shape *shape, struct rf_interval range, int 
         /* The lines that the edge may reach, and one more for what rounds. */
         double low = (fmin(a[1], b[1]) - range.from) / step - 1.5;
         double high = (fmax(a[1], b[1]) - range.from) / step + 0.5;
-        for (int i = rf_max_int((int)low, 0); i < n && i <= high; i++)
-            cut_edge(a, b, rf_line_at(range, i, n), &cut[i]);
+        for (int i = rf_max_int((int)low, first); i < end && i <= high; i++)
+            cut_edge(a, b, rf_line_at(range, i, n), &cut[i - first]);
     }
+}
+
+void rf_shape_lines(const struct rf_shape *shape, struct rf_interval range, int n,
+                    struct rf_interval *cut)
+{
+    cut_lines(shape, range, n, 0, n, cut);
 }
 
 /* The part of `cut` that is nearer to site c than to the others. */
@@ -98,9 +105,9 @@ struct rf_interval rf_lens_cell_line(const struct rf_lens_cells *cells, int c, d
         if (d == c)
             continue;
         if (du > 0)
-            cut.to = fmin(cut.to, limit / du);
+            cut.to = limit / du < cut.to ? limit / du : cut.to;
         else if (du < 0)
-            cut.from = fmax(cut.from, limit / du);
+            cut.from = limit / du > cut.from ? limit / du : cut.from;
         else if (limit < 0)
             return (struct rf_interval){0, 0};
     }
@@ -123,14 +130,17 @@ struct rf_interval rf_shape_v_range(const struct rf_shape *shape)
 static void measure_shares(struct rf_lens_cells *cells, const struct rf_shape *shape,
                            int n_lines)
 {
-    struct rf_interval range = rf_shape_v_range(shape);
+    struct rf_interval range = rf_shape_v_range(shape), cut[BLOCK];
     double total = 0;
     memset(cells->share, 0, sizeof cells->share);
     for (int line = 0; line < n_lines; line++) {
-        double v = range.from + (range.to - range.from) * (line + 0.5) / n_lines;
-        struct rf_interval cut = rf_shape_line(shape, v);
+        if (line % BLOCK == 0)
+            cut_lines(shape, range, n_lines, line, rf_min_int(line + BLOCK, n_lines),
+                      cut);
         for (int c = 0; c < cells->n; c++) {
-            struct rf_interval part = rf_lens_cell_line(cells, c, v, cut);
+            struct rf_interval part =
+                rf_lens_cell_line(cells, c, rf_line_at(range, line, n_lines),
+                                  cut[line % BLOCK]);
             double length = fmax(part.to - part.from, 0);
             cells->share[c] += length;
             total += length;
@@ -222,12 +232,13 @@ void rf_lens_cells_follow(struct rf_lens_cells *cells, const struct rf_shape *sh
 /* Variance of u and v over the aperture. */
 void rf_shape_line_variance(const struct rf_shape *shape, double variance[2])
 {
-    struct rf_interval range = rf_shape_v_range(shape);
+    struct rf_interval range = rf_shape_v_range(shape), cuts[BLOCK];
     double area = 0, uu = 0, vv = 0;
     for (int line = 0; line < MAX_LINES; line++) {
-        double v = range.from + (range.to - range.from) * (line + 0.5) / MAX_LINES;
-        struct rf_interval cut = rf_shape_line(shape, v);
-        double length = fmax(cut.to - cut.from, 0);
+        if (line % BLOCK == 0)
+            cut_lines(shape, range, MAX_LINES, line, line + BLOCK, cuts);
+        struct rf_interval cut = cuts[line % BLOCK];
+        double v = rf_line_at(range, line, MAX_LINES), length = fmax(cut.to - cut.from, 0);
         area += length;
         vv += length * v * v;
         uu += length * (cut.from * cut.from + cut.from * cut.to + cut.to * cut.to) / 3;

@@ -256,7 +256,7 @@ int main(int argc, char **argv)
     testing_begin(argc, argv);
     rows = rf_param_list(&n_rows);
     make_scene();
-    struct rf_context_params own = {.size = sizeof own, .n_threads = 2};
+    struct rf_context_params own = {.size = sizeof own, .n_threads = 1};
     if (rf_context_create(&context, &own, NULL) != RF_OK)
         return 1;
     TEST(what_is_read_changes_something_and_nothing_else_does);

@@ -9,7 +9,7 @@
 
 enum { WIDTH = 1040, HEIGHT = 840, EDGE = 220, FINE = 8, FINEST = 40, WIDE_FINE = 2 };
 
-static const double LAMP = 1e4, FINE_PX = 8;
+static const double LAMP = 1e4, FINE_PX = 8, WIDE_PX = 60;
 static bool testing_is_verbose;
 static const double RADII[] = {2, -2, 5, -5, 12, -12, 40, -40, 200, -200};
 enum { N_RADII = sizeof RADII / sizeof *RADII };
@@ -20,7 +20,7 @@ struct look {
     double ratio;
     int blades;
     double bend_px; /* what curvature of field adds to radii in a corner */
-    bool is_wide;   /* its footprints are asked for at fewer points */
+    bool is_wide;   /* its lamps are far wider than their radius */
 };
 
 /* A lamp at (x, y) of a black picture. */
@@ -75,12 +75,19 @@ static bool is_lit(const struct lamp *lamp, double x, double y)
     return is_open(look, along * q[0] - across * q[1], along * q[1] + across * q[0], q);
 }
 
+/* Points across a pixel: the wider a lamp, the fewer of its pixels lie on its rim. */
+static int fine_of(const struct lamp *lamp)
+{
+    double r = fabs(lamp->r);
+    if (lamp->look->is_wide)
+        return r > WIDE_PX ? 1 : WIDE_FINE;
+    return r > WIDE_PX ? WIDE_FINE : r < FINE_PX ? FINEST : FINE;
+}
+
 /* How much of a pixel is lit. */
 static double lit_share(const struct lamp *lamp, int x, int y)
 {
-    int n = 0, fine = lamp->look->is_wide       ? WIDE_FINE
-                      : fabs(lamp->r) < FINE_PX ? FINEST
-                                                : FINE;
+    int n = 0, fine = fine_of(lamp);
     for (int i = 0; i < fine * fine; i++)
         n += is_lit(lamp, x + (i % fine + 0.5) / fine, y + (i / fine + 0.5) / fine);
     return n / (double)(fine * fine);
@@ -179,9 +186,9 @@ static void check_look(const struct look *look, int method, double most)
 {
     int first = method == RF_METHOD_SCATTER ? 6 : 0; /* its circles are whole pixels */
     for (int i = first; i < N_RADII && fabs(RADII[i]) <= most; i++) {
-        bool is_wide = fabs(RADII[i]) > 60;
-        for (int k = 0; k < N_PLACES; k += is_wide ? 1 : N_PLACES)
-            check_lamps(look, method, RADII[i], k, is_wide ? 1 : N_PLACES);
+        int n = fabs(RADII[i]) > WIDE_PX ? 1 : N_PLACES; /* wide ones would overlap */
+        for (int k = 0; k < N_PLACES; k += n)
+            check_lamps(look, method, RADII[i], k, n);
     }
 }
 
