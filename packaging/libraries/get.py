@@ -27,7 +27,7 @@ OWN = {
     "zlib": {"meson.build": "zlib.build"},
     "libpng": {"meson.build": "libpng.build"},
     "freetype2": {},
-    "sdl2": {"meson.build": "sdl2.build", "include/SDL_config.h": "SDL_config.h"},
+    "sdl2": {"meson.build": "sdl2.build", "include/SDL_config.h": "SDL_config.h", "src/dynapi/SDL_dynapi.h": "SDL_dynapi.h"},
 }
 # Not needed to build them.
 LEFT_OUT = shutil.ignore_patterns(
