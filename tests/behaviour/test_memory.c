@@ -50,7 +50,7 @@ static rf_result run(struct frame *f, const struct rf_params *params,
 
 static void check_every_k(const struct rf_params *params)
 {
-    struct frame f = frame_make(26, 18, 4);
+    struct frame f = frame_make(13, 9, 4);
     struct memory memory = {.lock = PTHREAD_MUTEX_INITIALIZER};
     frame_fill_scene(&f, 3);
     REQUIRE(run(&f, params, &memory, NULL) == RF_OK);

@@ -65,7 +65,8 @@ static rf_result filter(const struct reader *reader, const struct frame *f, int 
                         bool is_in_place, float *out, struct rf_error *error)
 {
     struct frame other = frame_make(f->width, f->height, 4);
-    frame_fill_scene(&other, 12);
+    if (reader->n_views > 1)
+        frame_fill_scene(&other, 12);
     float *from = pixels_of(f, pixel), *beside = pixels_of(&other, pixel);
     float *to = is_in_place ? from : pixels_of(f, pixel);
     struct rf_view views[MOST_VIEWS];
@@ -117,9 +118,11 @@ static void check_the_same(const struct reader *reader, int width, int height,
     frame_free(&f);
 }
 
+/* The first two have more pixels than layered's preview leaves as they are: it halves
+ * them, and those of odd size have rest columns and rows. */
 static void is_the_same_as_by_planes(void)
 {
-    static const int sizes[][2] = {{643, 403}, {800, 512}, {61, 40}};
+    static const int sizes[][2] = {{403, 399}, {640, 252}, {61, 40}};
     for (int k = 0; k < 3; k++)
         for (int i = readers[k].quality == RF_QUALITY_PREVIEW ? 0 : 2; i < 3; i++)
             for (int kind = 0; kind < N_KINDS; kind++)

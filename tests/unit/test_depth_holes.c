@@ -118,6 +118,19 @@ static void gaps_before_a_sky_stay(void)
     CHECK(stays() && measured().n_holes > 500);
 }
 
+static void paint_leaf(float x0, float y0, float radius, float z)
+{
+    const int left = (int)fmaxf(x0 - radius, 0), top = (int)fmaxf(y0 - radius, 0);
+    const int right = (int)fminf(x0 + radius, WIDTH - 1);
+    const int bottom = (int)fminf(y0 + radius, HEIGHT - 1);
+    for (int y = top; y <= bottom; y++)
+        for (int x = left; x <= right; x++) {
+            const float dx = (float)x - x0, dy = (float)y - y0;
+            if (dx * dx + dy * dy < radius * radius)
+                paint(y * WIDTH + x, z, 0.1f);
+        }
+}
+
 static void leaves_before_a_sky_stay(void)
 {
     for (float radius = 1; radius < 6; radius *= 1.5f) {
@@ -126,12 +139,7 @@ static void leaves_before_a_sky_stay(void)
         const int n_leaves = (int)(N / (2 * radius * radius));
         for (int k = 0; k < n_leaves; k++) {
             const float x0 = chance() * WIDTH, y0 = chance() * HEIGHT;
-            const float z = 5 + 0.3f * chance();
-            for (int i = 0; i < N; i++) {
-                const float dx = (float)(i % WIDTH) - x0, dy = (float)(i / WIDTH) - y0;
-                if (dx * dx + dy * dy < radius * radius)
-                    paint(i, z, 0.1f);
-            }
+            paint_leaf(x0, y0, radius, 5 + 0.3f * chance());
         }
         CHECK(stays());
     }
