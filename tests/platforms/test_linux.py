@@ -55,9 +55,10 @@ def arm64():
 
 @pytest.mark.parametrize("name", [*PROGRAMS, *BEHAVIOUR_BY_QEMU])
 def test_program_passes_on_arm64(name, arm64):
-    said = run(*QEMU, arm64 / program_path(name))
-    assert re.search(r"^ok ", said, re.M), said
-    assert not re.search(r"^not ok ", said, re.M), said
+    for tests in BEHAVIOUR_BY_QEMU.get(name, ("",)):
+        said = run(*QEMU, arm64 / program_path(name), tests)
+        assert re.search(r"^ok ", said, re.M), said
+        assert not re.search(r"^not ok ", said, re.M), said
 
 
 def hashes(*command):

@@ -24,7 +24,7 @@ static struct rf_shape shape_of(int aperture, int blades, double rotation, doubl
 /* Area by counting, which sees only rf_shape_contains(). */
 static double counted_area(const struct rf_shape *shape)
 {
-    enum { N = 700 };
+    enum { N = 400 };
     double size = 2.2 / fmin(shape->ratio, 1);
     int n = 0;
     for (int i = 0; i < N; i++)
@@ -368,17 +368,20 @@ static void no_footprint_reaches_farther_than_said(void)
     for (int i = 0; i < 8; i++) {
         struct rf_shape shape = i % 2 ? shape_of(RF_APERTURE_POLYGON, 5, 0.3, 0.5)
                                       : shape_of(RF_APERTURE_DISC, 0, 0, 1);
+        /* Sixteen phases are as many times the work: of smaller radii. */
+        const bool has_phases = i / 2 % 2 != 0;
+        const double largest = has_phases ? 3 : 4.5;
         struct rf_footprint_use use = {.shape = &shape,
                                        .n_cells = 1,
-                                       .max_radius = 5,
-                                       .n_phases = i / 2 % 2 ? 4 : 1};
+                                       .max_radius = largest + 0.5,
+                                       .n_phases = has_phases ? 4 : 1};
         struct rf_footprints f;
         if (i >= 4) {
             shape.pixel_aspect = 1.7;
             use.drift = (struct rf_drift){{0.6, -0.4}, {0.3, -0.8}};
         }
         REQUIRE(rf_footprints_init(&f, context, &use, NULL) == RF_OK);
-        for (double r = 0.25; r < 4.5; r += 0.75) {
+        for (double r = 0.25; r < largest; r += 0.75) {
             int reach = true_reach(&f, context, r);
             CHECK(reach <= rf_footprints_reach(&f, 0, r));
             CHECK(reach >= rf_footprints_reach(&f, 0, r) - 3);
