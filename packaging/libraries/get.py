@@ -26,8 +26,15 @@ PACKAGES = {
 OWN = {
     "zlib": {"meson.build": "zlib.build"},
     "libpng": {"meson.build": "libpng.build"},
-    "freetype2": {},
-    "sdl2": {"meson.build": "sdl2.build", "include/SDL_config.h": "SDL_config.h", "src/dynapi/SDL_dynapi.h": "SDL_dynapi.h"},
+    "freetype2": {
+        "modules.cfg": "modules.cfg",
+        "include/freetype/config/ftmodule.h": "ftmodule.h",
+    },
+    "sdl2": {
+        "meson.build": "sdl2.build",
+        "include/SDL_config.h": "SDL_config.h",
+        "src/dynapi/SDL_dynapi.h": "SDL_dynapi.h",
+    },
 }
 # Not needed to build them.
 LEFT_OUT = shutil.ignore_patterns(
