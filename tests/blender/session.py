@@ -12,7 +12,7 @@ SERVED = """
 (while sleep 0.02; do
     [ -e {out}/hands ] && xdotool $(cat {out}/hands) && rm {out}/hands
     for shot in {out}/*.shot; do
-        [ -e $shot ] && import -window root png:{out}/part &&
+        [ -e $shot ] && import -window root -quality 10 png:{out}/part &&
             mv {out}/part ${{shot%.shot}}.png && rm $shot # else again
     done
 done) &

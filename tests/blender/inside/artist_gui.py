@@ -20,6 +20,7 @@ from stepping import (  # noqa: E402
     DIST,
     FOUND,
     OUT,
+    SCROLL,
     area_of,
     hands,
     on_display,
@@ -104,7 +105,7 @@ def show_panels():
     settings = scene.camera.data.rack_focus
     yield 0.6
     middle = (large.x + large.width // 2, 450)
-    yield from hands("mousemove", *middle, "click", "--repeat", 60, "5")
+    yield from hands("mousemove", *middle, "click", *SCROLL, "5")
     yield 0.6
     yield from screenshot("box")
     open_parts()
@@ -114,7 +115,7 @@ def show_panels():
     settings.views = 8
     large.tag_redraw()
     yield 0.4
-    yield from hands("mousemove", *middle, "click", "--repeat", 60, "5")
+    yield from hands("mousemove", *middle, "click", *SCROLL, "5")
     yield 0.6
     yield from screenshot("box_custom")
     settings.has_highlight_clamp, settings.views = False, 1

@@ -19,6 +19,7 @@ from stepping import (  # noqa: E402
     DIST,
     FOUND,
     OUT,
+    SCROLL,
     area_of,
     hands,
     override,
@@ -49,7 +50,7 @@ def shown(name, area, region_type="WINDOW"):
 def to_the_end(area):
     """Scrolls a panel down."""
     middle = area.x + area.width // 2, area.y + area.height // 2
-    yield from hands("mousemove", *middle, "click", "--repeat", 60, "5")
+    yield from hands("mousemove", *middle, "click", *SCROLL, "5")
     yield 0.4
 
 
@@ -111,7 +112,7 @@ def in_object(area, scene):
     bpy.utils.register_class(panel)
     yield 0.4
     middle = area.x + area.width // 2, area.y + area.height // 2
-    yield from hands("mousemove", *middle, "click", "--repeat", 60, "4")
+    yield from hands("mousemove", *middle, "click", *SCROLL, "4")
     yield from shown("keep_sharp", area)
     bpy.context.view_layer.objects.active = scene.camera
 

@@ -21,6 +21,7 @@ import common
 DIST, OUT = (Path(a) for a in sys.argv[sys.argv.index("--") + 1 :][:2])
 FOUND = {"version": bpy.app.version_string}
 LONGEST_S = 400  # for what takes a second on an idle machine; shaders take a minute
+SCROLL = ("--repeat", 60, "--delay", 4)  # a click of the wheel: to the end
 STUCK_S = 500  # without a step: every thread then says where it is
 
 
