@@ -271,6 +271,7 @@ def modes(scene, space):
     eevee = "BLENDER_EEVEE_NEXT" if is_next else "BLENDER_EEVEE"
     settings().percentage = 50
     scene.cycles.preview_samples = 8
+    scene.eevee.taa_samples = 3  # each is drawn by the processor
     for name, kind, engine in (
         ("material", "MATERIAL", eevee),
         ("rendered", "RENDERED", eevee),
