@@ -6,6 +6,7 @@ See stepping.py.
 
 import math
 import sys
+import time
 from pathlib import Path
 
 import bpy
@@ -30,6 +31,8 @@ from stepping import (  # noqa: E402
     until,
 )
 
+_drawn_at = 0.0  # when is_settled() asked for it last
+
 
 def area():
     """The 3D view."""
@@ -52,8 +55,14 @@ def view():
 
 
 def is_settled():
-    """Is the picture of the view the final one, of what is there?"""
-    area().tag_redraw()
+    """Is the picture of the view the final one, of what is there?
+
+    Draws once a second: more is what the processor would have less for shaders.
+    """
+    global _drawn_at
+    if time.monotonic() > _drawn_at + 1:
+        area().tag_redraw()
+        _drawn_at = time.monotonic()
     return view() and view().is_final and (view().texture or view().message)
 
 
