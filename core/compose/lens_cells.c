@@ -138,9 +138,8 @@ static void measure_shares(struct rf_lens_cells *cells, const struct rf_shape *s
             cut_lines(shape, range, n_lines, line, rf_min_int(line + BLOCK, n_lines),
                       cut);
         for (int c = 0; c < cells->n; c++) {
-            struct rf_interval part =
-                rf_lens_cell_line(cells, c, rf_line_at(range, line, n_lines),
-                                  cut[line % BLOCK]);
+            struct rf_interval part = rf_lens_cell_line(
+                cells, c, rf_line_at(range, line, n_lines), cut[line % BLOCK]);
             double length = fmax(part.to - part.from, 0);
             cells->share[c] += length;
             total += length;
@@ -238,7 +237,8 @@ void rf_shape_line_variance(const struct rf_shape *shape, double variance[2])
         if (line % BLOCK == 0)
             cut_lines(shape, range, MAX_LINES, line, line + BLOCK, cuts);
         struct rf_interval cut = cuts[line % BLOCK];
-        double v = rf_line_at(range, line, MAX_LINES), length = fmax(cut.to - cut.from, 0);
+        double v = rf_line_at(range, line, MAX_LINES),
+               length = fmax(cut.to - cut.from, 0);
         area += length;
         vv += length * v * v;
         uu += length * (cut.from * cut.from + cut.from * cut.to + cut.to * cut.to) / 3;
