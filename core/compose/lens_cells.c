@@ -34,8 +34,8 @@ static void cut_edge(const double a[2], const double b[2], double v,
     }
 }
 
-/* Where the line v cuts the aperture. */
-struct rf_interval rf_shape_line(const struct rf_shape *shape, double v)
+/* Where the line v cuts an aperture that no look has cut. */
+static struct rf_interval cut_plain(const struct rf_shape *shape, double v)
 {
     struct rf_interval cut = {-INFINITY, INFINITY};
     if (shape->is_disc) {
@@ -45,10 +45,6 @@ struct rf_interval rf_shape_line(const struct rf_shape *shape, double v)
     for (int i = 0; i < shape->n_corners; i++) {
         const double *a = shape->corner[i];
         const double *b = shape->corner[(i + 1) % shape->n_corners];
-        if (shape->is_cut) {
-            cut_edge(a, b, v, &cut);
-            continue;
-        }
         double du = b[0] - a[0], dv = b[1] - a[1];
         /* Inside: du (v - a1) - dv (u - a0) >= 0. */
         double rest = du * (v - a[1]);
@@ -73,7 +69,7 @@ static void cut_lines(const struct rf_shape *shape, struct rf_interval range, in
     double step = (range.to - range.from) / n;
     for (int i = first; i < end; i++)
         cut[i - first] = shape->is_cut ? (struct rf_interval){-INFINITY, INFINITY}
-                                       : rf_shape_line(shape, rf_line_at(range, i, n));
+                                       : cut_plain(shape, rf_line_at(range, i, n));
     bool has_edges = shape->is_cut && step > 0; /* else the doors left no area */
     for (int k = 0, next = 1; has_edges && k < shape->n_corners; k++, next++) {
         const double *a = shape->corner[k];
@@ -154,12 +150,14 @@ void rf_lens_cells_middle(const struct rf_lens_cells *cells,
 {
     enum { N_LINES = 256 };
     const struct rf_interval range = rf_shape_v_range(shape);
+    struct rf_interval cut[N_LINES];
+    rf_shape_lines(shape, range, N_LINES, cut);
     for (int c = 0; c < cells->n; c++) {
         double area = 0, u = 0, v = 0;
         for (int i = 0; i < N_LINES; i++) {
             double at = rf_line_at(range, i, N_LINES);
             struct rf_interval part =
-                rf_lens_cell_line(cells, c, at, rf_shape_line(shape, at));
+                rf_lens_cell_line(cells, c, at, cut[i]);
             double length = fmax(part.to - part.from, 0);
             area += length;
             u += length * (part.from + part.to) / 2;

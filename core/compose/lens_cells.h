@@ -41,17 +41,13 @@ void rf_lens_cells_middle(const struct rf_lens_cells *cells,
 /* From the lowest to the highest point. */
 struct rf_interval rf_shape_v_range(const struct rf_shape *shape);
 
-/* Where the line v cuts the aperture. */
-struct rf_interval rf_shape_line(const struct rf_shape *shape, double v);
-
 /* The middle of line i of n. */
 static inline double rf_line_at(struct rf_interval range, int i, int n)
 {
     return range.from + (range.to - range.from) * (i + 0.5) / n;
 }
 
-/* The same of n lines, evenly over a range that holds the aperture: faster where it
- * has many corners. */
+/* Where n lines cut the aperture, evenly over a range that holds it. */
 void rf_shape_lines(const struct rf_shape *shape, struct rf_interval range, int n,
                     struct rf_interval *cut);
 

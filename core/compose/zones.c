@@ -89,14 +89,14 @@ double rf_zone_height2(const struct rf_zone *zone, const double u[2])
 double rf_zone_weigh(struct rf_zone *zone, const struct rf_bokeh *bokeh, int plane)
 {
     enum { N = 256 };
-    struct rf_interval range = rf_shape_v_range(zone->shape);
+    struct rf_interval range = rf_shape_v_range(zone->shape), cut[N];
     double sum = 0, at[2] = {0}, square[2] = {0}, share[RF_MAX_CELLS] = {0};
     double step = (range.to - range.from) / N;
+    rf_shape_lines(zone->shape, range, N, cut);
     for (int i = 0; i < N * zone->cells.n; i++) {
-        double v = range.from + (i / zone->cells.n + 0.5) * step;
-        int cell = i % zone->cells.n;
-        struct rf_interval part =
-            rf_lens_cell_line(&zone->cells, cell, v, rf_shape_line(zone->shape, v));
+        int line = i / zone->cells.n, cell = i % zone->cells.n;
+        double v = rf_line_at(range, line, N);
+        struct rf_interval part = rf_lens_cell_line(&zone->cells, cell, v, cut[line]);
         int n = (int)ceil(fmax(part.to - part.from, 0) / step);
         for (int k = 0; k < n; k++) {
             double wide = (part.to - part.from) / n, from = part.from + wide * k;
