@@ -156,8 +156,7 @@ void rf_lens_cells_middle(const struct rf_lens_cells *cells,
         double area = 0, u = 0, v = 0;
         for (int i = 0; i < N_LINES; i++) {
             double at = rf_line_at(range, i, N_LINES);
-            struct rf_interval part =
-                rf_lens_cell_line(cells, c, at, cut[i]);
+            struct rf_interval part = rf_lens_cell_line(cells, c, at, cut[i]);
             double length = fmax(part.to - part.from, 0);
             area += length;
             u += length * (part.from + part.to) / 2;

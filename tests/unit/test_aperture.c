@@ -4,6 +4,7 @@
 #include "base/pool.h"
 #include "base/task.h"
 #include "compose/footprint.h"
+#include "compose/lens_cells.h"
 #include "kernels/data.h"
 #include "lens/aperture.h"
 #include "testing.h"
@@ -213,6 +214,35 @@ static double parts_area(const struct rf_shape *shape, double (*site)[2], int n)
     return sum;
 }
 
+/* A lens that a look has cut is measured edge by edge, as others are line by line. */
+static void measures_of_a_cut_lens(void)
+{
+    for (int blades = 3; blades < 9; blades++) {
+        struct rf_shape shape = shape_of(RF_APERTURE_POLYGON, blades, 0.3, 1.3);
+        struct rf_lens_cells cells, same;
+        double variance[2], cut_variance[2], middle[3][2], cut_middle[3][2];
+        rf_lens_cells_init(&cells, &shape, 3);
+        rf_lens_cells_middle(&cells, &shape, middle);
+        rf_shape_line_variance(&shape, variance);
+        shape.is_cut = true;
+        rf_lens_cells_init(&same, &shape, 3);
+        rf_lens_cells_middle(&same, &shape, cut_middle);
+        rf_shape_line_variance(&shape, cut_variance);
+        for (int i = 0; i < 2; i++)
+            CHECK_NEAR(cut_variance[i], variance[i], 1e-9);
+        for (int c = 0; c < 3; c++) {
+            CHECK_NEAR(same.share[c], cells.share[c], 1e-9);
+            for (int i = 0; i < 2; i++)
+                CHECK_NEAR(cut_middle[c][i], middle[c][i], 1e-9);
+        }
+        if (blades ==
+            4) { /* a square of half diagonal 1: 1 / 6 across, over the ratio */
+            CHECK_NEAR(variance[0] * 1.3 * 1.3, 1 / 6., 1e-3);
+            CHECK_NEAR(variance[1], 1 / 6., 1e-3);
+        }
+    }
+}
+
 static void parts_share_out_the_aperture(void)
 {
     double site[12][2];
@@ -403,6 +433,7 @@ int main(int argc, char **argv)
     TEST(auto_takes_blades_where_given);
     TEST(curvature_makes_edges_arcs);
     TEST(every_aperture_is_convex);
+    TEST(measures_of_a_cut_lens);
     TEST(parts_share_out_the_aperture);
     TEST(parts_of_places_at_one_point_or_outside);
     TEST(footprints_of_parts_do_without_faint_weights);
