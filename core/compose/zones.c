@@ -135,8 +135,8 @@ static void set_zone(const struct rf_zones *zones, const struct rf_shape *whole,
     const struct rf_zone *plain = &zones->at[rf_zone_middle(zones)];
     struct rf_zone *zone = &zones->at[i];
     int n_row = 2 * zones->n_x + 1;
-    const double q[2] = {(i % n_row - zones->n_x) * zones->step,
-                         (i / n_row - zones->n_y) * zones->step};
+    int column = i % n_row - zones->n_x, row = i / n_row - zones->n_y;
+    const double q[2] = {column * zones->step, row * zones->step};
     rf_zone_make(zone, &zones->shapes[i], whole, &zones->look, q, 0);
     if (bokeh) { /* by light they have other shares anyway */
         zone->cells = plain->cells;
