@@ -403,12 +403,11 @@ static int make_picture(struct run *run, float *samples)
         .colour = rf_image_packed(run->colour, source->width, source->height,
                                   source->n_channels),
         .depth = rf_image_packed(run->depth, source->width, source->height, 1)};
-    if (run->has_views)
-        for (int i = 0; i < run->views.n; i++)
-            temporal_set_behind(run, i, &run->views.views[i]);
-    else
-        temporal_set_behind(run, 0, &view);
-    seen_set(run, &view);
+    for (int i = 0; i < filter_n_views(run); i++) {
+        struct rf_view *to = run->has_views ? &run->views.views[i] : &view;
+        temporal_set_behind(run, i, to);
+        seen_set(run, i, to);
+    }
     if (run->border)
         return temporal_border_filter(run, &view, samples);
     const struct rf_image out =

@@ -2,6 +2,7 @@
 #include "filter/seen.h"
 
 #include <math.h>
+#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -10,38 +11,16 @@
 #include "common/report.h"
 #include "file.h"
 #include "filter/filter_private.h"
+#include "filter/seen_light.h"
+#include "interrupt.h"
 #include "sources/source.h"
 #include "sources/views.h"
 
-/* ---- what renderers call it ------------------------------------------------------ */
-
-/* Light as a renderer writes it: the sum of some layers, times another. */
-struct light_layers {
-    const char *sum[3]; /* up to the first NULL */
-    const char *factor; /* or NULL */
-};
-
-enum { N_KNOWN = 4 };
-
 static const struct {
-    const char *word, *option, *depth_option;
-    struct light_layers known[N_KNOWN]; /* in the order in which they are taken */
+    const char *word, *depth_option;
 } kinds[SEEN_KINDS] = {
-    [SEEN_REFLECTION] = {"reflections",
-                         "reflection-layers",
-                         "reflection-depth",
-                         {{{"GlossDir", "GlossInd"}, "GlossCol"}, /* Blender to 4.x */
-                          {{"Glossy Direct", "Glossy Indirect"}, "Glossy Color"},
-                          {{"specular"}, NULL},     /* Arnold */
-                          {{"reflection"}, NULL}}}, /* V-Ray, Redshift */
-    [SEEN_TRANSMISSION] = {"through glass",
-                           "transmission-layers",
-                           "transmission-depth",
-                           {{{"TransDir", "TransInd"}, "TransCol"},
-                            {{"Transmission Direct", "Transmission Indirect"},
-                             "Transmission Color"},
-                            {{"transmission"}, NULL},
-                            {{"refraction"}, NULL}}},
+    [SEEN_REFLECTION] = {"reflections", "reflection-depth"},
+    [SEEN_TRANSMISSION] = {"through glass", "transmission-depth"},
 };
 
 bool seen_is_asked(const struct filter_options *tool)
@@ -51,160 +30,45 @@ bool seen_is_asked(const struct filter_options *tool)
            tool->transmission_layers || tool->reflections_at;
 }
 
-static const char *asked_layers(const struct filter_options *tool, enum seen_kind kind)
-{
-    return kind == SEEN_REFLECTION ? tool->reflection_layers
-                                   : tool->transmission_layers;
-}
-
 static const char *asked_depth(const struct filter_options *tool, enum seen_kind kind)
 {
     return kind == SEEN_REFLECTION ? tool->reflection_depth : tool->transmission_depth;
 }
 
-/* ---- layers ---------------------------------------------------------------------- */
+/* ---- views ----------------------------------------------------------------------- */
 
-/* Is a channel the R, G or B of a layer? A layer's name may have words before it. */
-static bool is_of(const char *channel, const char *layer, size_t length, char letter)
+/* What stands for the other views in --reflections-from. */
+#define VIEWS "views"
+
+static bool is_from_views(const struct filter_options *tool)
 {
-    const size_t n = strlen(channel);
-    if (n < length + 2 || channel[n - 2] != '.' || channel[n - 1] != letter)
-        return false;
-    const char *name = channel + n - 2 - length;
-    return strncasecmp(name, layer, length) == 0 &&
-           (name == channel || name[-1] == '.');
+    return tool->reflections_from && strcmp(tool->reflections_from, VIEWS) == 0;
 }
 
-/* The three channels of a layer in a file, in the part of the colour; false: none. */
-static bool find_layer(const struct source *source, const char *layer, size_t length,
-                       int channels[3])
-{
-    int n, n_found = 0;
-    const struct image_channel_info *all = image_channels(source->colour, &n);
-    for (int c = 0; c < 3; c++)
-        for (int i = 0; i < n && n_found == c; i++)
-            if (all[i].part == source->part &&
-                is_of(all[i].name, layer, length, "RGB"[c]))
-                channels[n_found++] = i;
-    return n_found == 3;
-}
-
-static bool has_layers(const struct source *source, const struct light_layers *layers)
-{
-    int channels[3];
-    for (int i = 0; i < 3 && layers->sum[i]; i++)
-        if (!find_layer(source, layers->sum[i], strlen(layers->sum[i]), channels))
-            return false;
-    return !layers->factor ||
-           find_layer(source, layers->factor, strlen(layers->factor), channels);
-}
-
-/* Which of the known layers a file has; NULL: none. */
-static const struct light_layers *find_known(const struct source *source,
-                                             enum seen_kind kind)
-{
-    for (int i = 0; i < N_KNOWN; i++)
-        if (has_layers(source, &kinds[kind].known[i]))
-            return &kinds[kind].known[i];
-    return NULL;
-}
-
-/* ---- light ----------------------------------------------------------------------- */
-
-/* Three floats per pixel. */
-struct light {
-    float *samples, *room;
-    size_t n_pixels;
+/* A view that is to be filtered; without several views the picture. */
+struct subject {
+    struct run *run;
+    int index;
+    const struct source *source;
+    struct rf_view view;
 };
 
-static bool read_layer(const struct run *run, const struct source *source,
-                       const char *layer, size_t length, float *to)
+static struct subject subject_of(struct run *run, int index)
 {
-    int channels[3];
-    if (find_layer(source, layer, length, channels))
-        return image_read(source->colour, channels, 3, to, run->n_threads, run->error);
-    char names[400];
-    source_list_channels(source->colour, names, sizeof(names));
-    return set_error(run->error,
-                     "%s: there are no channels %.*s.R, .G and .B beside the colour; "
-                     "its channels are %s",
-                     image_path(source->colour), (int)length, layer, names);
-}
-
-static void clean(float *samples, size_t n)
-{
-    for (size_t i = 0; i < n; i++)
-        if (!isfinite(samples[i]))
-            samples[i] = 0;
-}
-
-/* Adds a layer to the light. */
-static bool add_layer(const struct run *run, const struct source *source,
-                      const char *layer, size_t length, struct light *light)
-{
-    if (!read_layer(run, source, layer, length, light->room))
-        return false;
-    clean(light->room, 3 * light->n_pixels);
-    for (size_t i = 0; i < 3 * light->n_pixels; i++)
-        light->samples[i] += light->room[i];
-    return true;
-}
-
-static bool read_known(const struct run *run, const struct source *source,
-                       const struct light_layers *layers, struct light *light)
-{
-    for (int i = 0; i < 3 && layers->sum[i]; i++)
-        if (!add_layer(run, source, layers->sum[i], strlen(layers->sum[i]), light))
-            return false;
-    if (!layers->factor)
-        return true;
-    if (!read_layer(run, source, layers->factor, strlen(layers->factor), light->room))
-        return false;
-    clean(light->room, 3 * light->n_pixels);
-    for (size_t i = 0; i < 3 * light->n_pixels; i++)
-        light->samples[i] *= light->room[i];
-    return true;
-}
-
-static bool read_named(const struct run *run, const struct source *source,
-                       const char *names, struct light *light)
-{
-    for (const char *name = names; *name;) {
-        const size_t length = strcspn(name, ",");
-        if (length && !add_layer(run, source, name, length, light))
-            return false;
-        name += length + (name[length] == ',');
+    const struct source *source =
+        run->has_views ? &run->views.sources[index] : &run->source;
+    struct subject subject = {.run = run, .index = index, .source = source};
+    if (run->has_views) {
+        subject.view = run->views.views[index];
+        return subject;
     }
-    return true;
-}
-
-/* The light of a kind in a file, three floats per pixel; NULL on failure. */
-static float *read_light(const struct run *run, const struct source *source,
-                         enum seen_kind kind)
-{
-    const char *names = asked_layers(run->tool, kind);
-    const struct light_layers *known = names ? NULL : find_known(source, kind);
-    struct light light = {.n_pixels = (size_t)source->width * (size_t)source->height};
-    light.samples = app_memory(light.n_pixels, 3 * sizeof(float), run->error);
-    light.room = app_memory(light.n_pixels, 3 * sizeof(float), run->error);
-    bool is_read = light.samples && light.room;
-    if (is_read && names) {
-        is_read = read_named(run, source, names, &light);
-    } else if (is_read && known) {
-        is_read = read_known(run, source, known, &light);
-    } else if (is_read) {
-        is_read = set_error(run->error,
-                            "%s: has no layers of what is seen in %s, as %s has; "
-                            "render both with the same passes",
-                            image_path(source->colour),
-                            kind == SEEN_REFLECTION ? "mirrors" : "glass",
-                            image_path(run->source.colour));
-    }
-    free(light.room);
-    if (is_read)
-        return light.samples;
-    free(light.samples);
-    return NULL;
+    struct rf_view *view = &subject.view;
+    view->size = sizeof(*view);
+    view->colour =
+        rf_image_packed(run->colour, source->width, source->height, source->n_channels);
+    view->depth = rf_image_packed(run->depth, source->width, source->height, 1);
+    views_find_place(source->colour, NULL, view->lens_offset, &view->shear_distance);
+    return subject;
 }
 
 /* ---- depth from a layer or a file ------------------------------------------------ */
@@ -228,10 +92,18 @@ static const char *find_denoising(const struct source *source)
 }
 
 /* Reads a depth channel of the size of the colour; NULL on failure. */
-static float *read_channel(const struct run *run, const char *file, const char *channel)
+static float *read_channel(const struct subject *subject, const char *file,
+                           const char *channel)
 {
+    const struct run *run = subject->run;
     struct source_request request = run->request;
     struct source source;
+    char *path = request.paths[0];
+    if (run->has_views) {
+        path = (char *)run->list.items[subject->index].path;
+        request.view = run->list.items[subject->index].name;
+    }
+    request.paths = &path;
     request.n_paths = 1;
     request.depth_file = file;
     request.depth_channel = channel;
@@ -277,21 +149,17 @@ static int make_planar(const struct run *run, const char *option, int kind,
 }
 
 /* Of the ways of rays those that lie behind flat surfaces. */
-static int keep_flat(const struct run *run, const char *option, float *light,
+static int keep_flat(const struct subject *subject, const char *option, float *light,
                      float *planar)
 {
-    const struct source *source = &run->source;
-    const int width = source->width, height = source->height;
-    const struct rf_view view = {
-        .size = sizeof(view),
-        .colour = rf_image_packed(run->colour, width, height, source->n_channels),
-        .depth = rf_image_packed(run->depth, width, height, 1)};
+    const int width = subject->source->width, height = subject->source->height;
     const struct rf_image seen = rf_image_packed(light, width, height, 3);
     const struct rf_image way = rf_image_packed(planar, width, height, 1);
     struct rf_error error;
-    if (rf_filter_seen_way(run->filter, &view, &seen, &way, &way, &error) == RF_OK)
+    if (rf_filter_seen_way(subject->run->filter, &subject->view, &seen, &way, &way,
+                           &error) == RF_OK)
         return APP_DONE;
-    return app_fail(run->error, APP_FAILED, "--%s: %s", option, error.message);
+    return app_fail(subject->run->error, APP_FAILED, "--%s: %s", option, error.message);
 }
 
 static float sum_of(const float *rgb)
@@ -301,15 +169,16 @@ static float sum_of(const float *rgb)
 
 /* A ray goes one way: where a pane mirrors less than it lets through, the way is that
  * of what is seen through it, and the other way round. */
-static int drop_weaker(const struct run *run, enum seen_kind kind, const float *light,
-                       float *planar)
+static int drop_weaker(const struct subject *subject, enum seen_kind kind,
+                       const float *light, float *planar)
 {
+    const struct run *run = subject->run;
     const enum seen_kind other =
         kind == SEEN_REFLECTION ? SEEN_TRANSMISSION : SEEN_REFLECTION;
     const size_t n = (size_t)run->source.width * (size_t)run->source.height;
-    if (!asked_layers(run->tool, other) && !find_known(&run->source, other))
+    if (!seen_has_light(run, subject->source, other))
         return APP_DONE;
-    float *stronger = read_light(run, &run->source, other);
+    float *stronger = seen_read_light(run, subject->source, other);
     for (size_t i = 0; i < n && stronger; i++)
         if (sum_of(stronger + 3 * i) > sum_of(light + 3 * i))
             planar[i] = NAN;
@@ -318,29 +187,36 @@ static int drop_weaker(const struct run *run, enum seen_kind kind, const float *
     return is_read ? APP_DONE : app_code_of(run->error);
 }
 
+static bool is_file(const char *name)
+{
+    const size_t length = strlen(name);
+    return length > 4 && strcasecmp(name + length - 4, ".exr") == 0;
+}
+
 /* Planar distances from what an option names: a file, a channel of the input's, or
  * Cycles' Denoising Depth. */
-static int read_depth(struct run *run, enum seen_kind kind, float *light, float *planar)
+static int read_depth(const struct subject *subject, enum seen_kind kind, float *light,
+                      float *planar)
 {
+    const struct run *run = subject->run;
     const char *name = asked_depth(run->tool, kind), *option = kinds[kind].depth_option;
-    const size_t length = strlen(name);
     const bool is_way = strcmp(name, DENOISING) == 0;
-    const bool is_file = length > 4 && strcasecmp(name + length - 4, ".exr") == 0;
-    const char *channel = is_way ? find_denoising(&run->source) : name;
+    const char *channel = is_way ? find_denoising(subject->source) : name;
     if (!channel)
         return app_fail(
             run->error, APP_FAILED,
             "--%s denoising: %s has no channel %s; in Blender tick Passes > "
             "Data > Denoising Data",
-            option, image_path(run->source.colour), denoising_channel);
-    float *depth = read_channel(run, is_file ? name : NULL, is_file ? NULL : channel);
+            option, image_path(subject->source->colour), denoising_channel);
+    float *depth = is_file(name) ? read_channel(subject, name, NULL)
+                                 : read_channel(subject, NULL, channel);
     if (!depth)
         return app_code_of(run->error);
     int code = make_planar(run, option, is_way ? RF_DEPTH_RADIAL : -1, depth, planar);
     if (code == APP_DONE && is_way)
-        code = drop_weaker(run, kind, light, planar);
+        code = drop_weaker(subject, kind, light, planar);
     if (code == APP_DONE && is_way)
-        code = keep_flat(run, option, light, planar);
+        code = keep_flat(subject, option, light, planar);
     free(depth);
     return code;
 }
@@ -434,12 +310,7 @@ static int open_other(struct run *run, const char *path, struct others *others)
 static int open_others(struct run *run, struct others *others)
 {
     int code = APP_DONE;
-    struct rf_view *own = &others->views[0];
-    const struct source *source = &run->source;
-    views_find_place(source->colour, NULL, own->lens_offset, &own->shear_distance);
-    own->colour =
-        rf_image_packed(run->colour, source->width, source->height, source->n_channels);
-    own->depth = rf_image_packed(run->depth, source->width, source->height, 1);
+    others->views[0] = subject_of(run, 0).view;
     for (const char *name = run->tool->reflections_from; *name && code == APP_DONE;) {
         const size_t length = strcspn(name, ",");
         char *path = app_memory(length + 1, 1, run->error);
@@ -454,43 +325,116 @@ static int open_others(struct run *run, struct others *others)
     return code;
 }
 
-/* The planar distances at which the views show the same light. */
-static int match(struct run *run, struct others *others, enum seen_kind kind,
-                 float *light, float *planar)
+/* The planar distances at which views show the same light; the first view's. */
+static int match(const struct run *run, const struct rf_view *views, int n,
+                 const struct rf_image *lights, float *planar)
+{
+    const struct rf_image out =
+        rf_image_packed(planar, run->source.width, run->source.height, 1);
+    struct rf_error error;
+    if (rf_filter_seen_depth(run->filter, views, n, lights, &out, &error) == RF_OK)
+        return APP_DONE;
+    return app_fail(run->error, APP_FAILED, "--reflections-from: %s", error.message);
+}
+
+/* By the files that --reflections-from names. */
+static int match_others(const struct run *run, struct others *others,
+                        enum seen_kind kind, float *light, float *planar)
 {
     const int width = run->source.width, height = run->source.height;
     struct rf_image lights[RF_MAX_VIEWS] = {rf_image_packed(light, width, height, 3)};
-    const struct rf_image out = rf_image_packed(planar, width, height, 1);
-    struct rf_error error;
     int code = APP_DONE;
     for (int j = 1; j <= others->n && code == APP_DONE; j++) {
-        float *other = read_light(run, &others->sources[j], kind);
+        float *other = seen_read_light(run, &others->sources[j], kind);
         lights[j] = rf_image_packed(other, width, height, 3);
         if (!other)
             code = app_code_of(run->error);
     }
-    if (code == APP_DONE &&
-        rf_filter_seen_depth(run->filter, others->views, others->n + 1, lights, &out,
-                             &error) != RF_OK)
-        code =
-            app_fail(run->error, APP_FAILED, "--reflections-from: %s", error.message);
+    if (code == APP_DONE)
+        code = match(run, others->views, others->n + 1, lights, planar);
     for (int j = 1; j <= others->n; j++)
         free(lights[j].data);
     return code;
 }
 
+/* Other views that tell a view's depths: those farthest from it on the lens. */
+enum { N_MATCHED = 2 };
+
+/* The farthest view from another of those that are not taken yet. */
+static int find_farthest(const struct views *views, int from, uint64_t taken)
+{
+    const double *at = views->views[from].lens_offset;
+    double most = -1;
+    int best = from;
+    for (int j = 0; j < views->n; j++) {
+        const double *to = views->views[j].lens_offset;
+        const double away = hypot(to[0] - at[0], to[1] - at[1]);
+        if (taken >> j & 1 || away <= most)
+            continue;
+        most = away;
+        best = j;
+    }
+    return best;
+}
+
+/* By the other views; light i of all of them is read. */
+static int match_views(const struct subject *subject, int i, float *planar)
+{
+    const struct run *run = subject->run;
+    struct rf_view views[N_MATCHED + 1];
+    struct rf_image lights[N_MATCHED + 1];
+    uint64_t taken = 0;
+    int n = 0;
+    for (int j = subject->index; n <= N_MATCHED && n < run->views.n; n++) {
+        views[n] = run->views.views[j];
+        lights[n] = run->seen.views[j].lights[i].colour;
+        taken |= (uint64_t)1 << j;
+        j = find_farthest(&run->views, subject->index, taken);
+    }
+    return match(run, views, n, lights, planar);
+}
+
 /* ---- the step -------------------------------------------------------------------- */
+
+/* What does not go together with several views, or with one. */
+static int check_views(const struct run *run, const char *path)
+{
+    const struct filter_options *tool = run->tool;
+    if (!run->has_views && is_from_views(tool))
+        return app_fail(run->error, APP_USAGE,
+                        "--reflections-from " VIEWS ": %s is one view; give the file "
+                        "of a second one in place of " VIEWS,
+                        path);
+    if (!run->has_views)
+        return APP_DONE;
+    if (tool->reflections_from && !is_from_views(tool))
+        return app_fail(run->error, APP_USAGE,
+                        "--reflections-from: %s is one of several views, which tell "
+                        "each other's; give --reflections-from " VIEWS,
+                        path);
+    if (tool->reflections_at)
+        return app_fail(run->error, APP_USAGE,
+                        "--reflections-at: %s is one of several views, whose headers "
+                        "say where they were taken; leave it out",
+                        path);
+    for (int kind = 0; kind < SEEN_KINDS; kind++)
+        if (asked_depth(tool, kind) && is_file(asked_depth(tool, kind)))
+            return app_fail(run->error, APP_USAGE,
+                            "--%s: every view needs a channel of its own, in its file; "
+                            "give its name in place of %s",
+                            kinds[kind].depth_option, asked_depth(tool, kind));
+    return APP_DONE;
+}
 
 int seen_check(const struct run *run)
 {
     const char *path = image_path(run->source.colour);
     if (!seen_is_asked(run->tool))
         return APP_DONE;
-    if (run->is_deep || run->has_views)
+    if (run->is_deep)
         return app_fail(
             run->error, APP_USAGE,
-            "%s: %s; reflections of their own depth are of one flat picture", path,
-            run->is_deep ? "is deep" : "is one of several views");
+            "%s: is deep; reflections of their own depth are of flat pictures", path);
     if (run->source.is_grey)
         return app_fail(run->error, APP_USAGE,
                         "%s: is grey; reflections of their own depth need its colours",
@@ -509,16 +453,16 @@ int seen_check(const struct run *run)
                         "--reflection-layers and --transmission-layers need a depth: "
                         "--reflections-from VIEW.exr, --reflection-depth or "
                         "--transmission-depth");
-    return APP_DONE;
+    return check_views(run, path);
 }
 
 /* Is a depth of this kind asked for, and the light there? */
 static bool is_wanted(const struct run *run, enum seen_kind kind)
 {
     const struct filter_options *tool = run->tool;
-    if (asked_depth(tool, kind) || asked_layers(tool, kind))
+    if (asked_depth(tool, kind) || seen_asked_layers(tool, kind))
         return true;
-    return tool->reflections_from && find_known(&run->source, kind);
+    return tool->reflections_from && seen_has_light(run, &run->source, kind);
 }
 
 static int fail_no_light(const struct run *run)
@@ -534,99 +478,134 @@ static int fail_no_light(const struct run *run)
         image_path(run->source.colour), names);
 }
 
-static void count_share(struct seen *seen, int i)
+/* Of a light's pixels those that have a depth of their own, a share of the picture. */
+static double share_of(const struct rf_seen_light *light)
 {
-    const struct rf_seen_light *light = &seen->lights[i];
     const size_t n = (size_t)light->depth.width * (size_t)light->depth.height;
     const float *z = light->depth.data, *rgb = light->colour.data;
     size_t n_own = 0;
     for (size_t k = 0; k < n; k++)
         n_own +=
             z[k] > 0 && (rgb[3 * k] > 0 || rgb[3 * k + 1] > 0 || rgb[3 * k + 2] > 0);
-    seen->shares[i] = (double)n_own / (double)n;
+    return (double)n_own / (double)n;
 }
 
 /* What part of the colour the light is, which stays when the grain is gone. */
-static bool keep_parts(struct run *run, int i)
+static float *find_part(const struct subject *subject, const float *light)
 {
-    const size_t n = (size_t)run->source.width * (size_t)run->source.height;
-    const size_t n_channels = (size_t)run->source.n_channels;
-    const float *light = run->seen.lights[i].colour.data;
-    float *part = run->seen.parts[i] = app_memory(n, 3 * sizeof(float), run->error);
+    const struct source *source = subject->source;
+    const size_t n = (size_t)source->width * (size_t)source->height;
+    const size_t n_channels = (size_t)source->n_channels;
+    const float *colour = subject->view.colour.data;
+    float *part = app_memory(n, 3 * sizeof(float), subject->run->error);
     for (size_t k = 0; k < n && part; k++)
         for (size_t c = 0; c < 3; c++) {
-            const float all = run->colour[k * n_channels + c];
+            const float all = colour[k * n_channels + c];
             part[3 * k + c] = all > 0 ? fminf(fmaxf(light[3 * k + c] / all, 0), 1) : 0;
         }
-    return part != NULL;
+    return part;
+}
+
+/* Reads light i of a view, and makes room for its depth. */
+static int open_light(struct run *run, int index, int i)
+{
+    const struct subject subject = subject_of(run, index);
+    const int width = run->source.width, height = run->source.height;
+    struct seen_view *view = &run->seen.views[index];
+    float *light = seen_read_light(run, subject.source, run->seen.kinds[i]);
+    view->lights[i].colour = rf_image_packed(light, width, height, 3);
+    if (!light)
+        return app_code_of(run->error);
+    float *planar =
+        app_memory((size_t)width * (size_t)height, sizeof(float), run->error);
+    view->lights[i].depth = rf_image_packed(planar, width, height, 1);
+    if (planar && run->tool->denoise)
+        view->parts[i] = find_part(&subject, light);
+    return planar && (!run->tool->denoise || view->parts[i]) ? APP_DONE : APP_NO_MEMORY;
+}
+
+/* Finds the depth of light i of a view. */
+static int find_depth(struct run *run, struct others *others, int index, int i)
+{
+    const struct subject subject = subject_of(run, index);
+    const enum seen_kind kind = run->seen.kinds[i];
+    const struct rf_seen_light *light = &run->seen.views[index].lights[i];
+    float *planar = light->depth.data;
+    const int code = asked_depth(run->tool, kind)
+                         ? read_depth(&subject, kind, light->colour.data, planar)
+                     : run->has_views
+                         ? match_views(&subject, i, planar)
+                         : match_others(run, others, kind, light->colour.data, planar);
+    run->seen.shares[i] += share_of(light) / filter_n_views(run);
+    return os_is_interrupted() ? APP_INTERRUPTED : code;
 }
 
 static int find_kind(struct run *run, struct others *others, enum seen_kind kind)
 {
-    struct seen *seen = &run->seen;
-    const int width = run->source.width, height = run->source.height, i = seen->n;
-    const char *names = asked_layers(run->tool, kind);
-    if (!names && !find_known(&run->source, kind))
+    const int n = filter_n_views(run), i = run->seen.n;
+    if (!seen_has_light(run, &run->source, kind))
         return fail_no_light(run);
-    float *light = read_light(run, &run->source, kind);
-    if (!light)
-        return app_code_of(run->error);
-    seen->n++;
-    seen->kinds[i] = kind;
-    seen->lights[i].colour = rf_image_packed(light, width, height, 3);
-    float *planar =
-        app_memory((size_t)width * (size_t)height, sizeof(float), run->error);
-    seen->lights[i].depth = rf_image_packed(planar, width, height, 1);
-    if (!planar || (run->tool->denoise && !keep_parts(run, i)))
-        return APP_NO_MEMORY;
-    int code = asked_depth(run->tool, kind) ? read_depth(run, kind, light, planar)
-                                            : match(run, others, kind, light, planar);
-    if (code == APP_DONE)
-        count_share(seen, i);
+    run->seen.kinds[i] = kind;
+    run->seen.n++;
+    int code = APP_DONE;
+    for (int j = 0; j < n && code == APP_DONE; j++)
+        code = open_light(run, j, i);
+    for (int j = 0; j < n && code == APP_DONE; j++)
+        code = find_depth(run, others, j, i);
     return code;
 }
 
-int seen_find(struct run *run)
+/* All kinds that are asked for. */
+static int find_kinds(struct run *run, struct others *others)
 {
-    struct others *others;
     int n_wanted = 0;
-    if (!seen_is_asked(run->tool))
-        return APP_DONE;
-    others = app_memory(1, sizeof(*others), run->error);
-    if (!others)
-        return APP_NO_MEMORY;
-    int code = run->tool->reflections_from ? open_others(run, others) : APP_DONE;
+    int code = run->tool->reflections_from && !run->has_views ? open_others(run, others)
+                                                              : APP_DONE;
     for (int kind = 0; kind < SEEN_KINDS && code == APP_DONE; kind++) {
         if (!is_wanted(run, kind))
             continue;
         n_wanted++;
         code = find_kind(run, others, kind);
     }
-    close_others(others);
+    return code == APP_DONE && n_wanted == 0 ? fail_no_light(run) : code;
+}
+
+int seen_find(struct run *run)
+{
+    if (!seen_is_asked(run->tool))
+        return APP_DONE;
+    struct others *others = app_memory(1, sizeof(*others), run->error);
+    struct seen *seen = &run->seen;
+    seen->n_views = filter_n_views(run);
+    seen->views = app_memory((size_t)seen->n_views, sizeof(*seen->views), run->error);
+    int code = others && seen->views ? find_kinds(run, others) : APP_NO_MEMORY;
+    if (others)
+        close_others(others);
     free(others);
-    if (code == APP_DONE && n_wanted == 0)
-        return fail_no_light(run);
-    for (int i = 0; i < run->seen.n && code == APP_DONE; i++)
-        if (run->seen.shares[i] == 0)
+    for (int i = 0; i < seen->n && code == APP_DONE; i++)
+        if (seen->shares[i] == 0)
             code = app_warn(run->tool->host, run->error,
                             "%s: nothing seen %s has a depth of its own there",
                             image_path(run->source.colour),
-                            run->seen.kinds[i] == SEEN_REFLECTION ? "in mirrors"
-                                                                  : "through glass");
+                            seen->kinds[i] == SEEN_REFLECTION ? "in mirrors"
+                                                              : "through glass");
     return code;
 }
 
-void seen_set(struct run *run, struct rf_view *view)
+void seen_set(const struct run *run, int index, struct rf_view *view)
 {
-    struct seen *seen = &run->seen;
+    const struct seen *seen = &run->seen;
     const size_t n = (size_t)run->source.width * (size_t)run->source.height;
     const size_t n_channels = (size_t)run->source.n_channels;
-    for (int i = 0; i < seen->n; i++)
-        for (size_t k = 0; k < n && seen->parts[i]; k++)
+    const float *colour = view->colour.data;
+    for (int i = 0; i < seen->n; i++) {
+        const float *part = seen->views[index].parts[i];
+        float *light = seen->views[index].lights[i].colour.data;
+        for (size_t k = 0; k < n && part; k++)
             for (size_t c = 0; c < 3; c++)
-                ((float *)seen->lights[i].colour.data)[3 * k + c] =
-                    seen->parts[i][3 * k + c] * run->colour[k * n_channels + c];
-    view->seen = seen->lights;
+                light[3 * k + c] = part[3 * k + c] * colour[k * n_channels + c];
+    }
+    view->seen = seen->n ? seen->views[index].lights : NULL;
     view->n_seen = seen->n;
 }
 
@@ -643,10 +622,12 @@ void seen_describe(const struct seen *seen, char *text, size_t n_bytes)
 
 void seen_free(struct seen *seen)
 {
-    for (int i = 0; i < seen->n; i++) {
-        free(seen->lights[i].colour.data);
-        free(seen->lights[i].depth.data);
-        free(seen->parts[i]);
-    }
+    for (int j = 0; j < seen->n_views && seen->views; j++)
+        for (int i = 0; i < seen->n; i++) {
+            free(seen->views[j].lights[i].colour.data);
+            free(seen->views[j].lights[i].depth.data);
+            free(seen->views[j].parts[i]);
+        }
+    free(seen->views);
     *seen = (struct seen){0};
 }

@@ -90,7 +90,8 @@ static const struct option options[] = {
         "Blur what is seen in mirrors and through glass by its own distance, found "
         "from "
         "this second view of the scene with the same light passes (or several, "
-        "separated by commas), taken beside the lens' middle; few samples do."),
+        "separated by commas), taken beside the lens' middle; few samples do. Of "
+        "several views as the input: views, the word itself; each is told by others."),
     OPTION_TEXT_ROW("reflections-at", AT(reflections_at), "X,Y",
                     "How far the camera of that view was moved to the right and up, "
                     "scene units, where its header does not say it "

@@ -275,9 +275,7 @@ static rf_result check_views(const struct rf_filter *filter,
         rf_views_copy(known, views, n_views);
     for (int j = 0; j < n_views && result == RF_OK; j++)
         result = check_view(f, &known[j], out, error);
-    for (int j = 0; j < n_views && result == RF_OK; j++)
-        result = rf_seen_check(f, &known[j], n_views, error);
-    return result;
+    return result == RF_OK ? rf_seen_check(f, known, n_views, error) : result;
 }
 
 /* Makes the picture of a frame, of views in order. */
@@ -351,7 +349,8 @@ static rf_result process_whitened(const struct rf_whitened *w, int n_views,
     const struct rf_frame *f = &w->frame;
     rf_result result =
         w->views[0].n_seen > 0
-            ? rf_seen_process(f, w->views, out, progress, process_colours, error)
+            ? rf_seen_process(f, w->views, n_views, out, progress, process_colours,
+                              error)
             : process_colours(f, w->views, n_views, out, progress, error);
     if (result == RF_OK)
         rf_unwhiten(f, out);

@@ -14,7 +14,7 @@ struct rf_whitened {
     struct rf_frame frame;
     struct rf_view views[RF_MAX_VIEWS];
     const struct rf_context *context;
-    void *memory[3 * RF_MAX_VIEWS + RF_MAX_SEEN + 1];
+    void *memory[(4 + RF_MAX_SEEN) * RF_MAX_VIEWS];
     int n_memory;
 };
 

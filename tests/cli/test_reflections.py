@@ -117,6 +117,65 @@ def test_several_views(run, tmp_path):
     assert "reflections: 50.0 %" in done.stdout
 
 
+def views_of(tmp_path, **options):
+    """Four views from left to right on the lens."""
+    paths = []
+    for i, moved in enumerate((-0.75, -0.25, 0.25, 0.75)):
+        place = {
+            "rackfocus:lensOffset": (1.6 * moved, 0.0),
+            "rackfocus:shearDistance": 100.0,
+        }
+        made = channels(moved, **options)
+        made["seen.Z"] = numpy.where(made["Z"] == MIRROR, ROOM, 0)
+        paths.append(plainexr.write(tmp_path / f"view{i}.exr", made, place))
+    return paths
+
+
+@pytest.mark.parametrize(
+    "asked", ["--reflections-from views", "--reflection-depth seen.Z"]
+)
+def test_views_tell_each_others_reflections(run, tmp_path, asked):
+    """Beyond the room's own radius no view shows a copy of the pattern any more."""
+    paths = views_of(tmp_path)
+    run(*paths, name="plain.exr")
+    done = run(*paths, *asked.split())
+    share = float(done.stdout.split("reflections: ")[1].split()[0])
+    assert 45 < share < 55
+    run(paths[0], "--reflection-depth", "seen.Z", name="one.exr")
+    plain, own, one = (
+        contrast(tmp_path / name) for name in ("plain.exr", "out.exr", "one.exr")
+    )
+    assert own < plain / 2
+    assert abs(own - one) < 0.02
+
+
+def test_views_are_asked_as_views(run, tmp_path):
+    first, second = pictures(tmp_path)
+    paths = views_of(tmp_path)
+    for words, code, text in (
+        ((first, "--reflections-from", "views"), 2, "passes.exr is one view"),
+        ((*paths, "--reflections-from", second), 2, "give --reflections-from views"),
+        (
+            (*paths, "--reflections-from", "views", "--reflections-at", "1,0"),
+            2,
+            "leave it out",
+        ),
+        (
+            (*paths, "--reflection-depth", second),
+            2,
+            "every view needs a channel of its own",
+        ),
+    ):
+        done = run(*words, code=code)
+        assert text in done.stderr
+        assert not (tmp_path / "out.exr").exists()
+    bare = {n: a for n, a in channels(0.75).items() if "Gloss" not in n}
+    place = {"rackfocus:lensOffset": (1.2, 0.0), "rackfocus:shearDistance": 100.0}
+    paths[3] = plainexr.write(tmp_path / "bare.exr", bare, place)
+    done = run(*paths, "--reflections-from", "views", code=1)
+    assert "bare.exr: has no layers of what is seen in mirrors" in done.stderr
+
+
 @pytest.mark.parametrize("is_file", [False, True])
 def test_a_depth_of_what_is_seen(run, tmp_path, is_file):
     made = channels()

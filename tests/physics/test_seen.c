@@ -16,6 +16,7 @@ enum {
     TOP = 16,
     BOTTOM = 80,
     ROOM_PX = 12,
+    N_VIEWS = 2,
 };
 
 /* A mirror in a wall. The light is what it shows; colour is all of it. */
@@ -65,40 +66,50 @@ static void draw(struct scene *s, float wall, float dirt)
         }
 }
 
-/* Filters with the light; `n_views` and `is_window` are of calls that are refused. */
-static rf_result run_as(struct scene *s, int n_views, bool is_window,
-                        struct rf_error *error)
+/* Filters views, into the first one's `out`; or tells a window of the first one. */
+static rf_result process(const struct rf_view *views, int n_views, float *out,
+                         bool is_window, struct rf_error *error)
 {
     struct rf_context *context;
     struct rf_filter *filter;
     struct rf_params params;
-    const struct rf_seen_light light = {rf_image_packed(s->light, WIDTH, HEIGHT, 3),
-                                        rf_image_packed(s->seen, WIDTH, HEIGHT, 1)};
-    struct rf_view views[2] = {
-        {.size = sizeof *views,
-         .colour = rf_image_packed(s->f.colour, WIDTH, HEIGHT, 3),
-         .depth = rf_image_packed(s->f.depth, WIDTH, HEIGHT, 1),
-         .seen = &light,
-         .n_seen = 1}};
-    const struct rf_image out = rf_image_packed(s->f.out, WIDTH, HEIGHT, 3);
+    const struct rf_image image = rf_image_packed(out, WIDTH, HEIGHT, 3);
     const struct rf_window whole = {0, 0, WIDTH, HEIGHT};
     struct rf_survey survey = {.size = sizeof survey};
-    views[1] = views[0];
     plain_params(&params, n_views > 1 ? RF_METHOD_VIEWS : RF_METHOD_LAYERED);
     if (rf_context_create(&context, NULL, NULL) != RF_OK ||
         rf_filter_create(&filter, context, &params, WIDTH, HEIGHT, NULL) != RF_OK)
         abort();
     rf_result result =
         is_window ? rf_filter_survey(filter, views, &whole, &whole, &survey, error)
-                  : rf_filter_process(filter, views, n_views, &out, NULL, error);
+                  : rf_filter_process(filter, views, n_views, &image, NULL, error);
     rf_filter_destroy(filter);
     rf_context_destroy(context);
     return result;
 }
 
+/* A view of the scene, and the light of its mirror. */
+static struct rf_view view_of(struct scene *s, struct rf_seen_light *light)
+{
+    *light = (struct rf_seen_light){rf_image_packed(s->light, WIDTH, HEIGHT, 3),
+                                    rf_image_packed(s->seen, WIDTH, HEIGHT, 1)};
+    return (struct rf_view){.size = sizeof(struct rf_view),
+                            .colour = rf_image_packed(s->f.colour, WIDTH, HEIGHT, 3),
+                            .depth = rf_image_packed(s->f.depth, WIDTH, HEIGHT, 1),
+                            .seen = light,
+                            .n_seen = 1};
+}
+
+static rf_result run_as(struct scene *s, bool is_window, struct rf_error *error)
+{
+    struct rf_seen_light light;
+    const struct rf_view view = view_of(s, &light);
+    return process(&view, 1, s->f.out, is_window, error);
+}
+
 static rf_result run(struct scene *s)
 {
-    return run_as(s, 1, false, NULL);
+    return run_as(s, false, NULL);
 }
 
 /* The same colours and depths without a word of mirrors, into `out`. */
@@ -171,6 +182,38 @@ static void a_mirror_is_a_hole_in_the_wall(void)
     }
 }
 
+/* The same of several views: one of them has a post, behind which another sees. */
+static void several_views_see_a_hole_in_the_wall(void)
+{
+    struct scene scenes[N_VIEWS];
+    struct rf_seen_light lights[N_VIEWS];
+    struct rf_view views[N_VIEWS], holes[N_VIEWS];
+    static float hole_depth[N_VIEWS][N];
+    for (int j = 0; j < N_VIEWS; j++) {
+        struct scene *s = &scenes[j];
+        *s = make(1, 1);
+        s->post = 8 * j;
+        draw(s, 0, 0);
+        views[j] = view_of(s, &lights[j]);
+        views[j].lens_offset[0] = j ? 20 : -20;
+        views[j].shear_distance = PLAIN_FOCUS;
+        for (int i = 0; i < N; i++)
+            hole_depth[j][i] = isnan(s->seen[i]) ? s->f.depth[i] : s->seen[i];
+        holes[j] = views[j];
+        holes[j].n_seen = 0;
+        holes[j].colour = lights[j].colour;
+        holes[j].depth = rf_image_packed(hole_depth[j], WIDTH, HEIGHT, 1);
+    }
+    REQUIRE(process(holes, N_VIEWS, other, false, NULL) == RF_OK);
+    REQUIRE(process(views, N_VIEWS, scenes[0].f.out, false, NULL) == RF_OK);
+    CHECK(largest_difference(scenes[0].f.out, other, 0, true) < 1e-6);
+    CHECK(largest_difference(scenes[0].f.out, other, 0, false) < 1e-6);
+    filter_plain(scenes[0].light, hole_depth[0], colour); /* and not as one view */
+    CHECK(largest_difference(scenes[0].f.out, colour, 0, true) > 0.01);
+    for (int j = 0; j < N_VIEWS; j++)
+        frame_free(&scenes[j].f);
+}
+
 /* A mirror in focus before a wall far behind: its edge is sharp, no light passes it. */
 static void a_wall_behind_the_mirror_takes_nothing_of_it(void)
 {
@@ -223,12 +266,15 @@ static void what_cannot_be_done_is_refused(void)
     struct scene s = make(0, 0);
     struct rf_error error;
     draw(&s, 0.1f, 0);
-    CHECK(run_as(&s, 2, false, &error) == RF_ERROR_ARGUMENT);
+    struct rf_seen_light light;
+    struct rf_view views[] = {view_of(&s, &light), view_of(&s, &light)};
+    views[1].n_seen = 0; /* what is mirrored in one view only */
+    CHECK(process(views, N_VIEWS, s.f.out, false, &error) == RF_ERROR_ARGUMENT);
     CHECK_STR(error.field, "seen");
-    CHECK(run_as(&s, 1, true, &error) == RF_ERROR_ARGUMENT);
+    CHECK(run_as(&s, true, &error) == RF_ERROR_ARGUMENT);
     CHECK_STR(error.field, "seen");
     s.light[5] = INFINITY;
-    CHECK(run_as(&s, 1, false, &error) == RF_ERROR_PIXEL);
+    CHECK(run_as(&s, false, &error) == RF_ERROR_PIXEL);
     CHECK_STR(error.field, "seen");
     frame_free(&s.f);
 }
@@ -238,6 +284,7 @@ int main(int argc, char **argv)
     testing_begin(argc, argv);
     TEST(a_lamp_has_the_disc_of_its_own_way);
     TEST(a_mirror_is_a_hole_in_the_wall);
+    TEST(several_views_see_a_hole_in_the_wall);
     TEST(a_wall_behind_the_mirror_takes_nothing_of_it);
     TEST(dirt_on_the_mirror_stays_in_focus);
     TEST(light_of_no_depth_changes_nothing);

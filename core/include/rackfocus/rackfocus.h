@@ -551,7 +551,8 @@ struct rf_view {
     /**
      * What of the colour is seen in mirrors or through glass: each light is blurred by
      * its own depth, as if the mirror were a window into a dark room, and added to the
-     * rest. One view only; windows refuse them (RF_ERROR_ARGUMENT). Since 0.1.
+     * rest. Of several views each has the same lights in the same order, with depths of
+     * its own; windows refuse them (RF_ERROR_ARGUMENT). Since 0.1.
      */
     const struct rf_seen_light *seen;
     int32_t n_seen; /**< 0 to RF_MAX_SEEN */
