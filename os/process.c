@@ -31,6 +31,17 @@ static void exchange_child(pid_t from, pid_t to)
         children[i] = to;
 }
 
+static bool set_variables(const struct os_process_request *request)
+{
+    bool is_set = true;
+    for (int i = 0; i < OS_PROCESS_VARIABLES; i++) {
+        const struct os_process_variable *variable = &request->variables[i];
+        if (variable->name)
+            is_set &= setenv(variable->name, variable->value, 1) == 0;
+    }
+    return is_set;
+}
+
 /* In the child: never returns. */
 static void execute(const struct os_process_request *request, int report)
 {
@@ -40,8 +51,7 @@ static void execute(const struct os_process_request *request, int report)
     setpgid(0, 0);
     const int null = open("/dev/null", O_RDONLY);
     const int out = open(request->log, O_CREAT | O_WRONLY | O_CLOEXEC, 0600);
-    if (null >= 0 && out >= 0 &&
-        (!request->variable || setenv(request->variable, request->value, 1) == 0) &&
+    if (null >= 0 && out >= 0 && set_variables(request) &&
         (!request->folder || chdir(request->folder) == 0)) {
         dup2(null, 0);
         dup2(out, 1);

@@ -17,12 +17,19 @@ struct os_process {
     bool has_ended; /* also by os_process_end() */
 };
 
+struct os_process_variable {
+    const char *name, *value; /* NULL: none */
+};
+
+enum { OS_PROCESS_VARIABLES = 2 };
+
 struct os_process_request {
     /* [0] is the program, which is looked for on the PATH; NULL after the last. */
     char *const *arguments;
-    const char *log;              /* a file for what it prints; it reads nothing */
-    const char *folder;           /* where it works; NULL: where this process does */
-    const char *variable, *value; /* of its environment besides ours; NULL: none */
+    const char *log;    /* a file for what it prints; it reads nothing */
+    const char *folder; /* where it works; NULL: where this process does */
+    /* Of its environment besides ours. */
+    struct os_process_variable variables[OS_PROCESS_VARIABLES];
 };
 
 /* 0 or errno: ENOENT where there is no such program. */

@@ -178,18 +178,41 @@ struct place {
     char *folder, *ini;
 };
 
+/* POV-Ray keeps large pictures in a file while it renders, of some hundred megabytes,
+ * which stays where POV-Ray is killed. Its folder, with its slash; NULL without memory. */
+static char *pixels_folder(const struct run *run)
+{
+    return text_format("%spixels/", run->folder);
+}
+
+static void remove_pixels(const struct run *run)
+{
+    char *folder = run->folder ? pixels_folder(run) : NULL;
+    if (folder)
+        os_folder_remove(folder);
+    free(folder);
+}
+
 /* 0 or errno. */
 static int spawn(struct run *run, char *const *arguments, const struct place *place)
 {
-    char *log = text_format("%slog", run->folder);
-    const struct os_process_request request = {.arguments = arguments,
-                                               .log = log,
-                                               .folder = place->folder,
-                                               .variable = place->ini ? "POVINI" : NULL,
-                                               .value = place->ini};
+    char *log = text_format("%slog", run->folder), *pixels = pixels_folder(run);
+    const struct os_process_request request = {
+        .arguments = arguments,
+        .log = log,
+        .folder = place->folder,
+        .variables = {
+            {"POV_TEMP_DIR", pixels},
+            {place->ini ? "POVINI" : NULL, place->ini},
+        }};
     run->started_s = os_clock_s();
-    const int reason = log ? os_process_start(&run->process, &request) : ENOMEM;
+    int reason = log && pixels ? os_folder_make(pixels, OS_FOLDER_PRIVATE) : ENOMEM;
+    if (reason == 0)
+        reason = os_process_start(&run->process, &request);
+    if (reason != 0)
+        remove_pixels(run);
     free(log);
+    free(pixels);
     return reason;
 }
 
@@ -311,6 +334,7 @@ bool run_has_ended(struct run *run)
         run->has_picture = true;
         os_process_end(&run->process);
     }
+    remove_pixels(run);
     run->ended_s = os_clock_s();
     return true;
 }
@@ -318,6 +342,7 @@ bool run_has_ended(struct run *run)
 void run_stop(struct run *run)
 {
     os_process_end(&run->process);
+    remove_pixels(run);
     free(run->folder);
     *run = (struct run){0};
 }

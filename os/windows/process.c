@@ -156,7 +156,7 @@ static HANDLE make_job(void)
 }
 
 /* Starts it, halted, so that nothing of it escapes the job. Locked by the caller: the
- * child inherits this process's environment, and `variable` only passes through. */
+ * child inherits this process's environment, and `variables` only pass through. */
 static int create(const struct start *start, PROCESS_INFORMATION *made)
 {
     STARTUPINFOW info = {.cb = sizeof(info),
@@ -172,27 +172,40 @@ static int create(const struct start *start, PROCESS_INFORMATION *made)
                : os_last_error();
 }
 
+/* With the first n variables. */
 static int create_with(const struct start *start,
-                       const struct os_process_request *request,
+                       const struct os_process_variable *variables, int n,
                        PROCESS_INFORMATION *made)
 {
-    static SRWLOCK environment = SRWLOCK_INIT;
-    if (!request->variable)
+    if (n == 0)
         return create(start, made);
-    wchar_t *name = os_wide_text(request->variable);
-    wchar_t *value = os_wide_text(request->value);
+    const struct os_process_variable *last = &variables[n - 1];
+    if (!last->name)
+        return create_with(start, variables, n - 1, made);
+    wchar_t *name = os_wide_text(last->name);
+    wchar_t *value = os_wide_text(last->value);
     int number = name && value ? 0 : ENOMEM;
     if (number == 0) {
         wchar_t before[4096];
-        AcquireSRWLockExclusive(&environment);
-        const DWORD n = GetEnvironmentVariableW(name, before, 4096);
+        const DWORD n_before = GetEnvironmentVariableW(name, before, 4096);
         SetEnvironmentVariableW(name, value);
-        number = create(start, made);
-        SetEnvironmentVariableW(name, n > 0 && n < 4096 ? before : NULL);
-        ReleaseSRWLockExclusive(&environment);
+        number = create_with(start, variables, n - 1, made);
+        SetEnvironmentVariableW(name, n_before > 0 && n_before < 4096 ? before : NULL);
     }
     free(name);
     free(value);
+    return number;
+}
+
+static int create_locked(const struct start *start,
+                         const struct os_process_request *request,
+                         PROCESS_INFORMATION *made)
+{
+    static SRWLOCK environment = SRWLOCK_INIT;
+    AcquireSRWLockExclusive(&environment);
+    const int number =
+        create_with(start, request->variables, OS_PROCESS_VARIABLES, made);
+    ReleaseSRWLockExclusive(&environment);
     return number;
 }
 
@@ -205,7 +218,7 @@ int os_process_start(struct os_process *process,
     *process = (struct os_process){0};
     int number = child ? prepare(&start, request) : ENOMEM;
     if (number == 0)
-        number = create_with(&start, request, &made);
+        number = create_locked(&start, request, &made);
     if (child)
         release(&start);
     if (number != 0) {

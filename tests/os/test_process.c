@@ -26,19 +26,20 @@ static char *said(char *text, size_t n_bytes)
 
 static void a_child_works_where_it_is_told(void)
 {
-    char *arguments[] = {"sh", "-c", "pwd; echo \"$RF_TEST\"; cat; exit 3", NULL};
+    char *arguments[] = {"sh", "-c", "pwd; echo \"$RF_TEST $RF_TWO\"; cat; exit 3",
+                         NULL};
     struct os_process process;
     char text[2048], expected[2048];
-    const struct os_process_request request = {.arguments = arguments,
-                                               .log = log_file,
-                                               .folder = folder,
-                                               .variable = "RF_TEST",
-                                               .value = "a b"};
+    const struct os_process_request request = {
+        .arguments = arguments,
+        .log = log_file,
+        .folder = folder,
+        .variables = {{"RF_TEST", "a b"}, {"RF_TWO", "c"}}};
     CHECK(os_process_start(&process, &request) == 0);
     os_process_wait(&process);
     CHECK(process.has_ended && process.exit_code == 3 && process.id == 0);
     char *full = os_file_full_path(folder);
-    snprintf(expected, sizeof(expected), "%s\na b\n", full);
+    snprintf(expected, sizeof(expected), "%s\na b c\n", full);
     CHECK(strcmp(said(text, sizeof(text)), expected) == 0);
     free(full);
 }

@@ -34,7 +34,8 @@ static int say_arguments(char **arguments)
 {
     for (; *arguments; arguments++)
         printf("<%s>\n", *arguments);
-    printf("%s %d\n", getenv("RF_TEST"), os_file_facts("log").kind == OS_FILE_REGULAR);
+    printf("%s %s %d\n", getenv("RF_TEST"), getenv("RF_TWO"),
+           os_file_facts("log").kind == OS_FILE_REGULAR);
     return 3;
 }
 
@@ -83,22 +84,22 @@ static void arguments_arrive_as_they_are(void)
                      NULL};
     struct os_process process;
     char text[2048], expected[2048] = "";
-    const struct os_process_request request = {.arguments = words,
-                                               .log = log_file,
-                                               .folder = folder,
-                                               .variable = "RF_TEST",
-                                               .value = "a b"};
+    const struct os_process_request request = {
+        .arguments = words,
+        .log = log_file,
+        .folder = folder,
+        .variables = {{"RF_TEST", "a b"}, {"RF_TWO", "c"}}};
     for (int i = 2; words[i]; i++) {
         strcat(expected, "<");
         strcat(expected, words[i]);
         strcat(expected, ">\n");
     }
-    strcat(expected, "a b 1\n");
+    strcat(expected, "a b c 1\n");
     REQUIRE(os_process_start(&process, &request) == 0);
     os_process_wait(&process);
     CHECK(process.has_ended && process.exit_code == 3 && process.id == 0);
     CHECK_STR(said(text, sizeof text), expected);
-    CHECK(getenv("RF_TEST") == NULL);
+    CHECK(getenv("RF_TEST") == NULL && getenv("RF_TWO") == NULL);
 }
 
 static void what_cannot_be_started_is_said(void)

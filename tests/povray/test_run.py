@@ -683,6 +683,17 @@ def test_what_a_scene_writes_is_written_once(rackfocus, tmp_path, options):
     assert f"focus distance {focus}," in done.stdout
 
 
+def test_large_pictures_leave_no_file_of_povray(rackfocus, tmp_path):
+    """POV-Ray keeps large ones in a file, which it cannot remove once it is killed."""
+    (tmp_path / "s.pov").write_text(SCENE)
+    usual = tmp_path / "usual"
+    usual.mkdir()
+    rackfocus("povray", "s.pov", "-o", "o.exr", "--views", "2", "--",
+              "+W640", "+H480", "Max_Image_Buffer_Memory=1", cwd=tmp_path,
+              POV_TEMP_DIR=str(usual))  # fmt: skip
+    assert list(usual.iterdir()) == []
+
+
 def test_folders_of_killed_jobs_are_cleared(rackfocus, binary, tmp_path):
     """Not those of jobs that still run, nor what is not ours."""
     (tmp_path / "s.pov").write_text(SCENE)
