@@ -30,6 +30,7 @@ from . import (
     shining,
     strips,
     tap,
+    unblurred,
     views,
 )
 from .writing import write
@@ -81,6 +82,9 @@ def _prepare(scene):
         if reason:
             failures.note(scene, f"{reason}: the picture is not filtered")
         else:
+            sharp_passes = unblurred.describe(scene)
+            if sharp_passes:
+                failures.say(scene, ". ".join(sharp_passes), is_failure=False)
             views.begin(scene, finishing.samples_of(scene))
         setup.settle(scene)
 

@@ -18,6 +18,7 @@ from . import (
     shining,
     strips,
     supersample,
+    unblurred,
     views,
     words,
 )
@@ -105,8 +106,12 @@ class CameraPanel(InCamera):
             draw_field(column, settings, "max_radius")
         if scene.render.film_transparent and is_read(settings, "film_depth"):
             column.prop(settings, "film_depth")
-        for text in shining.describe(scene, settings) if settings.enabled else ():
-            column.label(text=text, icon="INFO")
+        if settings.enabled:
+            for text in (
+                *shining.describe(scene, settings),
+                *unblurred.describe(scene),
+            ):
+                column.label(text=text, icon="INFO")
         if settings.method in views.METHODS:
             self._draw_views(column, settings, scene)
         if settings.enabled:

@@ -5,6 +5,7 @@ group_checks.py DIST OUT [CHECK ...]    writes OUT/group_results.json
 """
 
 import contextlib
+import io
 import json
 import sys
 from pathlib import Path
@@ -119,6 +120,38 @@ def after_other_nodes():
     brighter = colour * np.float32([4, 4, 4, 1])
     wanted = filtered(scene, brighter, depth) * np.float32([0.5, 0.5, 0.5, 1])
     assert np.allclose(made_by(scene), wanted, rtol=1e-4, atol=1e-5)
+
+
+@check
+def passes_that_are_not_blurred_are_named():
+    """Box and console name passes of light that lead to the output past Rack Focus."""
+    scene, tree, source, out = bare()
+    layer = scene.view_layers[0]
+    layer.use_pass_emit = layer.use_pass_mist = True
+    layer.cycles.denoising_store_passes = True
+    start(scene)
+    unblurred = addon("unblurred")
+    assert not unblurred.describe(scene)
+    emission = next(o for o in source.outputs if o.name.startswith("Emi"))
+    tree.links.new(source.outputs["Denoising Albedo"], out)
+    assert not unblurred.names_of(scene)
+    light = add_gain(tree, emission, 2)
+    assert not unblurred.names_of(scene)  # it leads nowhere
+    tree.links.new(light, out)
+    assert unblurred.names_of(scene) == [emission.name]
+    said = io.StringIO()
+    with contextlib.redirect_stderr(said):
+        sharp = made_by(scene)
+    assert f"that are not blurred: {emission.name}" in said.getvalue(), said.getvalue()
+    tree.links.new(source.outputs["Mist"], light.node.inputs["Exposure"])
+    assert set(unblurred.names_of(scene)) == {emission.name, "Mist"}
+    tree.links.remove(light.node.inputs["Exposure"].links[0])
+    node = new_node(tree)  # what the box tells to do
+    tree.links.new(light, node.inputs["Image"])
+    tree.links.new(node.outputs["Image"], out)
+    assert not unblurred.describe(scene)
+    _, depth = passes_of(scene)
+    assert np.allclose(made_by(scene), filtered(scene, sharp, depth), atol=1e-5)
 
 
 @check

@@ -1,0 +1,65 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Passes of the render, beside the picture, that the artist's nodes lead to the output.
+
+Cycles' own lens blurs every pass of light; we filter the picture alone. A composite that
+is put together from passes (light times colour, a fog by Mist, Environment behind the
+picture) then stays sharp, or mixes what is sharp with what is blurred. Box and console
+say so, and what to do: a node on an image, behind the composite.
+"""
+
+from . import compat, group, setup
+
+PICTURE = ("Image", "Alpha", "Freestyle")  # filtered by our node; lines stay sharp
+DATA = ("Crypto", "Denoising")  # starts of names: mattes, guides; sharp on purpose
+FACTORS = ("Mist",)  # passes of one channel that a lens blurs
+OUTPUTS = ("COMPOSITE", "GROUP_OUTPUT")
+MOST = 3  # names that are said
+
+
+def names_of(scene):
+    """Names of such passes, in the order of the nodes' sockets."""
+    tree = compat.compositor_tree(scene)
+    found = {}
+    for one in setup.with_groups(tree) if tree is not None else ():
+        for node in setup.layer_nodes(one, scene):
+            outputs = () if node.mute else filter(_is_light, node.outputs)
+            found.update((o.name, None) for o in outputs if _is_shown(one, o))
+    return list(found)
+
+
+def describe(scene):
+    """Lines for the panel on such passes."""
+    names = names_of(scene)
+    if not names:
+        return []
+    said = ", ".join(names[:MOST]) + (", …" if len(names) > MOST else "")
+    return [
+        f"Your nodes show passes that are not blurred: {said}",
+        "Put Add > Filter > Rack Focus on an Image behind them",
+    ]
+
+
+def _is_light(output):
+    """Is the pass of a socket one that the lens would have blurred?"""
+    if output.name in PICTURE or output.name.startswith(DATA):
+        return False
+    return output.type == "RGBA" or output.name in FACTORS
+
+
+def _is_shown(tree, output):
+    """Does a socket lead to the tree's output, and not through a node of ours?"""
+    after = {}
+    for link in tree.links:
+        after.setdefault(link.from_node.name, []).append(link.to_node)
+    seen, new = set(), [
+        link.to_node for link in tree.links if link.from_socket == output
+    ]
+    while new:
+        node = new.pop()
+        if node.name in seen or (group.is_ours(node) and not node.mute):
+            continue
+        if node.type in OUTPUTS:
+            return True
+        seen.add(node.name)
+        new += after.get(node.name, ())
+    return False
