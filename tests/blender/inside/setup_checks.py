@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Checks of what is around the picture: refocus, picker, comparison, set-up, cost."""
 
+import contextlib
 import json
 import math
 import shutil
@@ -592,22 +593,45 @@ def refocus():
     bpy.ops.rack_focus.refocus()
 
 
+@contextlib.contextmanager
+def counting():
+    """Counts what is costly at each use: {what: calls}."""
+    engine, views, passes = addon("engine"), addon("views"), addon("passes")
+    places = {
+        "filter": (views, "process"),
+        "build": (engine.rackfocus, "Filter"),
+        "read": (addon("exr"), "read_exr"),
+        "save": (passes, "MultilayerExr"),
+    }
+    kept = {what: getattr(owner, name) for what, (owner, name) in places.items()}
+    calls = dict.fromkeys(places, 0)
+
+    def counted(what, function):
+        def call(*args, **more):
+            calls[what] += 1
+            return function(*args, **more)
+
+        return call
+
+    for what, (owner, name) in places.items():
+        setattr(owner, name, counted(what, getattr(owner, name)))
+    try:
+        yield calls
+    finally:
+        for what, (owner, name) in places.items():
+            setattr(owner, name, kept[what])
+
+
 @check
-def overhead_at_1080p():
-    """What the node costs beside the filter's own time; the figures go to a file."""
-    scene, data = start(method="scatter", **DRAFT)
-    data.dof.aperture_fstop = 500  # nearly no blur: the filter itself is quick
-    scene.render.resolution_x, scene.render.resolution_y = 1920, 1080
-    scene.cycles.samples = 1
-    best = {}
+def costly_steps_of_a_picture():
+    """How often the node does what is costly; the counts go to a file."""
+    scene, _ = start(**DRAFT)
+    counted = {}
     for what, call in (("f12", bpy.ops.render.render), ("refocus", refocus)):
-        for _ in range(3):
+        with counting() as calls:
             call()
-            seconds = dict(addon("engine").last_run[scene.name]["seconds"])
-            seconds["overhead"] = seconds["total"] - seconds["filter"]
-            kept = best.setdefault(what, seconds)
-            best[what] = min(kept, seconds, key=lambda s: s["overhead"])
-    (OUT / "overhead.json").write_text(json.dumps(best))
+        counted[what] = calls
+    (OUT / "costly_steps.json").write_text(json.dumps(counted))
 
 
 # ---- installing again -------------------------------------------------------------
