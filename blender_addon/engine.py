@@ -43,7 +43,6 @@ EXTRA_PASSES = (
     ("CoC", 1, "X", "VALUE"),
     ("Focus", 4, "RGBA", "COLOR"),
 )
-FAR = np.float32(1e8)
 # Blender draws the picture again for each update of the progress, on the cores that the
 # filter wants (with software OpenGL 0.1 s at 1080p). A refocus of less than this has none.
 UPDATE_S = 0.5
@@ -87,13 +86,6 @@ class Frame(NamedTuple):
 def no_depth(layer_name):
     """The message for a view layer without a depth pass."""
     return f"view layer “{layer_name}” has no depth: switch on Passes > Data > Z"
-
-
-def with_some_depth(layer):
-    """A layer that is empty in this frame lies far away; infinity is an error."""
-    if layer.depth.min() < passes.NOTHING_HIT:
-        return layer
-    return layer._replace(depth=np.minimum(layer.depth, FAR))
 
 
 def looked(layer, settings, params, kept_sharp=()):
@@ -418,7 +410,10 @@ class RackFocusEngine(bpy.types.RenderEngine):
         reason = sampling.why_no_depth(source, found[0][0].depth)
         if reason:
             raise Problem(reason)
-        found = [(with_some_depth(layer), place) for layer, place in found]
+        found = [
+            (layer._replace(depth=passes.with_some_depth(layer.depth)), place)
+            for layer, place in found
+        ]
         height, width = found[0][0].depth.shape
         params = lens.frame_parameters(
             frame.camera, settings, render, (width, height), scale

@@ -64,4 +64,5 @@ def with_mask(planar, mask, focus, is_orthographic):
     else:
         with np.errstate(divide="ignore"):
             found = 1 / np.maximum((1 - mask) / focus + mask / planar, 0)
-    return np.minimum(found, FAR).astype(np.float32)
+    # What has no depth keeps it so, for Film Depth.
+    return np.where(mask >= 1, planar, np.minimum(found, FAR)).astype(np.float32)

@@ -24,7 +24,6 @@ from .library import rackfocus
 
 PUT_S = 20.0  # that the main thread may take until it comes to the images
 BAND_COLOUR = np.array([0.05, 1.0, 0.2, 1.0], np.float32)
-FAR = np.float32(1e8)
 
 _kept = {}  # scene name: {node name: (tap.Tapped, depth)} of the last render
 
@@ -168,7 +167,7 @@ def _filter(scene, depsgraph, node, given, engine, seconds):
     if not is_flat and (is_masked or values != (1, 1)):
         focus = look.focus_of(depth.shape, params)
     used = look.with_mask(depth, tapped.mask, focus, is_flat)
-    used = np.minimum(look.depth(used, values, focus, is_flat), FAR)
+    used = passes.with_some_depth(look.depth(used, values, focus, is_flat))
     started = time.perf_counter()
     made = rackfocus.Filter(
         width, height, threads=preferences.threads(), **params,

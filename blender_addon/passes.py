@@ -36,6 +36,7 @@ SAVE_S = 20.0  # that the main thread may take until it comes to saving
 SAVE_ERROR = b"Error: Image 'Render Result' could not be saved"
 LONGEST_CHANNEL = 63  # bytes of its name; 3.4 and 4.2 cut longer ones
 NOTHING_HIT = 1e9  # Blender writes 1e10 where no surface was hit
+FAR = np.float32(1e8)
 
 
 class Place(NamedTuple):
@@ -97,6 +98,11 @@ class Layer(NamedTuple):
     seen: mirrors.Seen = None  # what mirrors and panes show, where it was rendered
     grainy: np.ndarray = None  # the colour with its grain, where `colour` has lost it
     lines: np.ndarray = None  # Freestyle's, (height, width, 4), premultiplied
+
+
+def with_some_depth(depth):
+    """A depth that is empty in this frame lies far away; infinity is an error."""
+    return depth if depth.min() < NOTHING_HIT else np.minimum(depth, FAR)
 
 
 def find_layer(channels, layer, view=""):

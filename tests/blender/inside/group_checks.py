@@ -123,6 +123,26 @@ def after_other_nodes():
 
 
 @check
+def film_depth_reaches_the_node():
+    """What is partly transparent and has no depth: the choice changes it."""
+    scene, tree, source, out = bare()
+    scene.render.film_transparent = True
+    scene.camera.data.dof.focus_distance = 9  # nearer, 1e8 is as good as infinity
+    colour, depth = passes_of(scene)
+    assert ((colour[..., 3] > 0) & (colour[..., 3] < 1) & (depth > 1e9)).any()
+    node = new_node(tree)
+    tree.links.new(source.outputs["Image"], node.inputs["Image"])
+    tree.links.new(node.outputs["Image"], out)
+    start(scene)
+    pictures = []
+    for choice in ("keep", "solid", "all"):
+        scene.camera.data.rack_focus.film_depth = choice
+        pictures.append(made_by(scene))
+        same(pictures[-1], filtered(scene, colour, depth))
+    assert np.abs(pictures[0] - pictures[2]).max() > 0.01
+
+
+@check
 def passes_that_are_not_blurred_are_named():
     """Box and console name passes of light that lead to the output past Rack Focus."""
     scene, tree, source, out = bare()

@@ -267,6 +267,11 @@ def film_depth_reaches_the_filter():
         pictures.append(rgba(render(scene, OUT / "f.exr")))
         same(pictures[-1], filtered(scene, colour, depth))
     assert np.abs(pictures[0] - pictures[2]).max() > 0.01
+    data.rack_focus.front_blur = 0.5  # what has no depth has none still
+    data.dof.focus_distance = 9
+    with_look = rgba(render(scene, OUT / "f.exr"))
+    data.rack_focus.film_depth = "keep"
+    assert np.abs(rgba(render(scene, OUT / "f.exr")) - with_look).max() > 0.01
 
 
 @check
