@@ -182,6 +182,8 @@ def _end(scene):
 def on_load(*_):
     """A file that was saved in the middle of a render opens as it was before."""
     engine.rendering.clear()
+    engine.last_run.clear()
+    failures.told.clear()
     passes.forget()
     finishing.forget()
     write(_mend)

@@ -571,6 +571,18 @@ def flames_want_a_lower_alpha_threshold():
         assert not said()
 
 
+@check
+def another_file_does_not_have_the_last_ones_message():
+    """Scenes of both files are called Scene."""
+    scene, data = start()
+    data.type = "PANO"
+    bpy.ops.render.render()
+    said = addon("operators").last_message
+    assert "perspective" in said(scene), said(scene)
+    bpy.ops.wm.open_mainfile(filepath=str(BASE))
+    assert not said(bpy.context.scene)
+
+
 # ---- cost -------------------------------------------------------------------------
 
 
