@@ -3,15 +3,12 @@
 
     node_scores.py DIST OUT    (after -- where Blender is a program)
 
-Per scene: OUT/SCENE_passes.exr as the filter saw them, OUT/SCENE_node.exr, with eight
-views of an eighth of the samples OUT/SCENE_views/passes0001_v00.exr and so on and
-OUT/SCENE_node_views.exr, and in OUT/node_scores.json the lens as the add-on reads it
-and the seconds. Of the scene mirrors, with Mirrors and Glass, OUT/mirrors_node.exr.
+Per scene: OUT/SCENE_node.exr, with eight views of an eighth of the samples
+OUT/SCENE_views/passes0001_v00.exr and so on and OUT/SCENE_node_views.exr. Of the scene
+mirrors, with Mirrors and Glass, OUT/mirrors_node.exr.
 """
 
-import json
 import sys
-import time
 from pathlib import Path
 
 import bpy
@@ -27,29 +24,22 @@ SAMPLES, SEED, VIEWS = 64, 1, 8  # as the committed passes
 
 
 def render_scene(name):
-    """Builds and renders one scene; returns what is to know of it."""
+    """Builds and renders one scene."""
     cycles_scenes.build(name)  # begins with the factory settings: no add-ons
     bpy.ops.preferences.addon_enable(module=common.MODULE)
     scene = bpy.context.scene
     scene.cycles.samples, scene.cycles.seed = SAMPLES, SEED
     data = scene.camera.data
-    common.pinhole(scene, OUT / f"{name}_passes.exr")
-    started = time.perf_counter()
     data.dof.use_dof = True  # Rack Focus switches it off while the scene renders
     data.rack_focus.enabled = True
     common.render(scene, OUT / f"{name}_node.exr")
     message = addon("engine").last_run[scene.name]["message"]
     assert not message, message
-    seconds = time.perf_counter() - started
     data.rack_focus.views = VIEWS
     data.rack_focus.passes_folder = str(OUT / f"{name}_views")
     common.render(scene, OUT / f"{name}_node_views.exr")
     message = addon("engine").last_run[scene.name]["message"]
     assert not message, message
-    return {
-        "lens": addon("lens").camera_parameters(scene.camera, scene.render),
-        "seconds": seconds,
-    }
 
 
 def render_mirrors():
@@ -67,6 +57,6 @@ def render_mirrors():
 
 common.install(DIST)
 render_mirrors()
-found = {name: render_scene(name) for name in ("posts", "portrait")}
-(OUT / "node_scores.json").write_text(json.dumps(found))
+for name in ("posts", "portrait"):
+    render_scene(name)
 common.leave()
