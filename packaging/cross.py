@@ -127,11 +127,22 @@ endian = 'little'
     return path
 
 
-def configure(platform):
+def soon_compiled(platform):
+    """Options of meson for a build that tests look at: ours is compiled as it is
+    packaged; libraries of others, and what no machine here can run, without optimization.
+    """
+    if platform.startswith("macos"):
+        return ["-Doptimization=0"]
+    path = BUILD / "libraries.ini"
+    path.write_text("[properties]\nlibrary_c_args = ['-O0']\n")
+    return ["--cross-file", path]
+
+
+def configure(platform, is_for_tests=False):
     """The folder of the build, ready for ninja."""
     for name in ("openexr", "libraries"):
         run(sys.executable, HERE / name / "get.py")
-    folder = BUILD / platform
+    folder = BUILD / (f"{platform}-tests" if is_for_tests else platform)
     if platform in BY_ZIG:
         cross = write_zig_file(platform)
     else:
@@ -144,7 +155,10 @@ def configure(platform):
         # Not what this machine may have for the other system.
         options.append("-Dforce_fallback_for=zlib,libpng,freetype2,sdl2")
         # Where meson looks at the compiler, zig leaves a file beside.
-        run("meson", "setup", folder, ROOT, *options, "--cross-file", cross, cwd=BUILD)
+        options += ["--cross-file", cross]
+        if is_for_tests:
+            options += soon_compiled(platform)
+        run("meson", "setup", folder, ROOT, *options, cwd=BUILD)
     return folder
 
 
@@ -160,9 +174,9 @@ def programs_of(platform):
     return ["plugin/_core.abi3.so", "cli/rackfocus"]
 
 
-def build(platform, targets=()):
+def build(platform, targets=(), is_for_tests=False):
     """Builds, and gives the folder."""
-    folder = configure(platform)
+    folder = configure(platform, is_for_tests)
     run("nice", "ninja", "-C", folder, *(targets or programs_of(platform)))
     return folder
 

@@ -75,9 +75,18 @@ static inline bool testing_check_str(const char *got, const char *want,
     return is_good;
 }
 
+/* The program's argument: tests whose name has it; after a minus those that do not. */
+static inline bool testing_is_wanted(const char *name)
+{
+    const char *filter = testing.filter;
+    if (filter && *filter == '-')
+        return !strstr(name, filter + 1);
+    return !filter || strstr(name, filter);
+}
+
 static inline void testing_run(const char *name, void (*function)(void))
 {
-    if (testing.filter && !strstr(name, testing.filter))
+    if (!testing_is_wanted(name))
         return;
     testing.n_checks = testing.n_failed_checks = 0;
     testing.skip_reason = NULL;

@@ -6,7 +6,16 @@ import shutil
 import sys
 
 import pytest
-from systems import BEHAVIOUR, BUILD, OS_PROGRAMS, ROOT, WINE, programs_for_tests, run
+from systems import (
+    BEHAVIOUR,
+    BUILD,
+    OS_PROGRAMS,
+    ROOT,
+    WINE,
+    build,
+    programs_for_tests,
+    run,
+)
 
 import cross
 
@@ -20,7 +29,7 @@ def windows():
         *cross.programs_of("windows-x64"),
         *programs_for_tests(BEHAVIOUR, ".exe"),
     ]
-    return cross.build("windows-x64", targets)
+    return build("windows-x64", targets)
 
 
 @pytest.fixture(scope="session")

@@ -5,7 +5,7 @@ run it."""
 import re
 
 import pytest
-from systems import run
+from systems import build, run
 
 import cross
 
@@ -15,7 +15,7 @@ PLATFORMS = {"macos-arm64": "ARM64", "macos-x64": "X86_64"}
 @pytest.fixture(scope="module", params=PLATFORMS)
 def macos(request):
     """A platform and the folder of its build."""
-    return request.param, cross.build(request.param)
+    return request.param, build(request.param)
 
 
 def test_load_commands(macos):

@@ -11,9 +11,8 @@ import sys
 import zipfile
 
 import pytest
-from systems import BUILD, ROOT, run
+from systems import BUILD, ROOT, build, run
 
-import cross
 import wheels
 
 PLATFORMS = tuple(wheels.TAGS)
@@ -22,7 +21,7 @@ PLATFORMS = tuple(wheels.TAGS)
 def make(folder):
     """The wheels and zips of all platforms, and the index."""
     for platform in PLATFORMS:
-        built = cross.build(platform)
+        built = build(platform)
         run(sys.executable, ROOT / "blender_addon/package.py", built, folder, platform)
     run(sys.executable, ROOT / "packaging/repository.py", folder)
 
