@@ -42,11 +42,26 @@ bool rf_field_is_used(const struct rf_frame *frame)
     return rf_field_is_on(&frame->params) || frame->radius_shift != 0;
 }
 
+/* What the place adds to a radius anywhere in the picture is at most this, px. */
+static double most_shift(const struct rf_frame *frame)
+{
+    const struct rf_field *f = frame->apart;
+    double right = frame->place.whole_width - f->principal[0];
+    double below = frame->place.whole_height - f->principal[1];
+    double x = fmax(fabs(f->principal[0]), fabs(right));
+    double y = fmax(fabs(f->principal[1]), fabs(below));
+    return fabs(f->k) * (x * fabs(f->tilt[0]) + y * fabs(f->tilt[1]) +
+                         fabs(f->curvature)) + /* |q| is at most 1 */
+           fabs(f->diopter.px) +
+           fabs(f->shift);
+}
+
 struct rf_lens rf_field_lens(const struct rf_frame *frame)
 {
     struct rf_lens lens = frame->lens;
     if (rf_field_is_used(frame))
-        lens.max_radius_px = INFINITY;
+        lens.max_radius_px =
+            frame->apart ? frame->apart->most + most_shift(frame) : INFINITY;
     return lens;
 }
 

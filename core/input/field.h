@@ -19,6 +19,8 @@ bool rf_field_is_used(const struct rf_frame *frame);
 /*
  * The lens that depths become radii with: that of the frame but, where the focus
  * depends on the place, without a limit of the radius, which rf_field_apply() sets.
+ * Where the field is kept apart, radii are limited to what no place brings back below
+ * the frame's limit: views are moved by them.
  */
 struct rf_lens rf_field_lens(const struct rf_frame *frame);
 

@@ -166,6 +166,43 @@ static void a_tilted_plane_is_in_focus(void)
         frame_free(&frames[j]);
 }
 
+/* What the views of the tilted plane make where one pixel has `depth`. */
+static void merge_tilted(struct frame *frames, struct rf_view *views, float depth,
+                         const struct rf_params *params, float *made)
+{
+    struct rf_context *context;
+    struct rf_filter *filter;
+    struct rf_image out = rf_image_packed(made, WIDTH, HEIGHT, 3);
+    frames[0].depth[HEIGHT / 2 * WIDTH + WIDTH / 2] = depth;
+    REQUIRE(rf_context_create(&context, NULL, NULL) == RF_OK);
+    REQUIRE(rf_filter_create(&filter, context, params, WIDTH, HEIGHT, NULL) == RF_OK);
+    CHECK(rf_filter_process(filter, views, N_TILTED, &out, NULL, NULL) == RF_OK);
+    rf_filter_destroy(filter);
+    rf_context_destroy(context);
+}
+
+/* A radius beyond all numbers is the largest, wherever the focus is bent. */
+static void next_to_the_camera_before_a_bent_focus(void)
+{
+    static float near[WIDTH * HEIGHT * 3], nearest[WIDTH * HEIGHT * 3];
+    struct frame frames[N_TILTED];
+    struct rf_view views[N_TILTED];
+    struct rf_params params;
+    make_tilted(frames, views);
+    for (int bent = 0; bent < 3; bent++) {
+        plain_params(&params, RF_METHOD_VIEWS);
+        params.max_radius = 20;
+        params.tilt_x = bent == 0 ? 5 : 0;
+        params.field_curvature = bent == 1 ? 1e-4 : 0;
+        params.split_diopter = bent == 2 ? 80 : 0;
+        merge_tilted(frames, views, 1, &params, near);
+        merge_tilted(frames, views, 1e-40f, &params, nearest);
+        CHECK(memcmp(near, nearest, sizeof near) == 0);
+    }
+    for (int j = 0; j < N_TILTED; j++)
+        frame_free(&frames[j]);
+}
+
 static void a_lamp_keeps_its_light(void)
 {
     struct rf_params params;
@@ -478,6 +515,7 @@ int main(int argc, char **argv)
     testing_begin(argc, argv);
     TEST(a_plane_is_blurred_as_by_one_view);
     TEST(a_tilted_plane_is_in_focus);
+    TEST(next_to_the_camera_before_a_bent_focus);
     TEST(a_lamp_keeps_its_light);
     TEST(grey_and_alpha);
     TEST(same_bits_for_any_threads);
