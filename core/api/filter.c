@@ -363,14 +363,20 @@ rf_result rf_filter_process(const struct rf_filter *filter, const struct rf_view
 {
     struct rf_view known[RF_MAX_VIEWS];
     struct rf_whitened whitened;
+    struct rf_frame_progress whole;
     rf_result result = check_views(filter, views, n_views, out, error);
     if (result != RF_OK)
         return result;
+    if (!rf_frame_progress_begin(&whole, progress))
+        return rf_fail(error, RF_ERROR_CANCELLED, "", "cancelled");
     rf_views_copy(known, views, n_views);
     result = rf_whiten(&whitened, &filter->frame, known, n_views, error);
     if (result == RF_OK)
-        result = process_whitened(&whitened, n_views, out, progress, error);
+        result = process_whitened(&whitened, n_views, out,
+                                  rf_frame_progress_tasks(&whole), error);
     rf_whitened_free(&whitened);
+    if (result == RF_OK)
+        rf_frame_progress_end(&whole);
     return result;
 }
 

@@ -73,6 +73,35 @@ bool rf_task_step(struct rf_task *task)
     return !rf_task_is_cancelled(task);
 }
 
+/* The `report` of the tasks of a frame. */
+static bool report_task(void *user, double fraction)
+{
+    struct rf_frame_progress *frame = user;
+    if (fraction < 1 && !frame->is_cancelled)
+        frame->is_cancelled = !frame->caller->report(frame->caller->user, fraction);
+    return !frame->is_cancelled;
+}
+
+bool rf_frame_progress_begin(struct rf_frame_progress *frame,
+                             const struct rf_progress *caller)
+{
+    *frame =
+        (struct rf_frame_progress){.caller = caller && caller->report ? caller : NULL};
+    return !frame->caller || report_task(frame, 0);
+}
+
+const struct rf_progress *rf_frame_progress_tasks(struct rf_frame_progress *frame)
+{
+    frame->tasks = (struct rf_progress){report_task, frame};
+    return frame->caller ? &frame->tasks : NULL;
+}
+
+void rf_frame_progress_end(struct rf_frame_progress *frame)
+{
+    if (frame->caller)
+        frame->caller->report(frame->caller->user, 1);
+}
+
 bool rf_progress_report_part(void *user, double fraction)
 {
     const struct rf_progress_part *part = user;

@@ -38,6 +38,27 @@ bool rf_task_poll(struct rf_task *task);
 
 bool rf_task_is_cancelled(const struct rf_task *task);
 
+/*
+ * The progress of a frame that several tasks make, some of which may have nothing to do:
+ * begins with 0, and ends with 1 when all is done, not when the last task is. What was
+ * cancelled once stays cancelled.
+ */
+struct rf_frame_progress {
+    const struct rf_progress *caller; /* NULL: nobody asks */
+    struct rf_progress tasks;         /* for the tasks, where somebody does */
+    bool is_cancelled;
+};
+
+/* Reports 0; false: cancelled. */
+bool rf_frame_progress_begin(struct rf_frame_progress *frame,
+                             const struct rf_progress *caller);
+
+/* What tasks are given; NULL: nobody asks. */
+const struct rf_progress *rf_frame_progress_tasks(struct rf_frame_progress *frame);
+
+/* Reports 1. */
+void rf_frame_progress_end(struct rf_frame_progress *frame);
+
 /* The progress of picture `i` of the n that make a whole. */
 struct rf_progress_part {
     const struct rf_progress *whole;

@@ -14,6 +14,10 @@ struct record {
     double first, last;
     int n_calls, n_after_cancel;
     bool is_monotone, is_caller, has_cancelled;
+    bool once;               /* only the first call at cancel_at and beyond cancels */
+    const struct frame *out; /* whose hash at 1 is taken; NULL: none */
+    uint64_t hash;
+    double cancelled_at; /* the fraction that was answered with false */
 };
 
 static bool report(void *user, double fraction)
@@ -26,6 +30,12 @@ static bool report(void *user, double fraction)
     r->last = fraction;
     r->is_caller = r->is_caller && pthread_equal(pthread_self(), r->caller);
     r->n_after_cancel += r->has_cancelled;
+    if (fraction == 1 && r->out)
+        r->hash = hash_bytes(0, r->out->out, frame_bytes(r->out));
+    if (r->once && r->has_cancelled)
+        return true;
+    if (!r->has_cancelled && fraction >= r->cancel_at)
+        r->cancelled_at = fraction;
     r->has_cancelled = r->has_cancelled || fraction >= r->cancel_at;
     return fraction < r->cancel_at;
 }
@@ -163,6 +173,83 @@ static void cancel_at_1_is_too_late(void)
     }
 }
 
+/* Parameters and light that make a frame of several pictures, put together at last. */
+enum together { DIOPTER_LEFT, DIOPTER_RIGHT, CHROMA, DARK, MIRROR, N_TOGETHER };
+
+static bool together_make(struct bench *b, enum together kind)
+{
+    static const double sides[] = {-1.6,
+                                   1.6}; /* beyond the picture, but for a border */
+    struct rf_params params;
+    scene_params(&params, kind == CHROMA ? RF_METHOD_SCATTER : RF_METHOD_LAYERED);
+    if (kind <= DIOPTER_RIGHT) {
+        params.split_diopter = 95;
+        params.split_offset = sides[kind];
+        params.split_softness = 1.6;
+    }
+    params.axial_chroma = kind == CHROMA ? 1 : 0;
+    params.white = kind == DARK ? 0.25 : 1;
+    b->frame = frame_make(140, 110, 3);
+    frame_fill_scene(&b->frame, 9);
+    return rf_context_create(&b->context, NULL, NULL) == RF_OK &&
+           rf_filter_create(&b->filter, b->context, &params, 140, 110, NULL) == RF_OK;
+}
+
+/* Filters with a mirror that shows half of the light twice as far away. */
+static rf_result together_run(struct bench *b, enum together kind,
+                              const struct rf_progress *progress)
+{
+    static float light[140 * 110 * 3], far[140 * 110];
+    for (size_t i = 0; i < frame_pixels(&b->frame); i++) {
+        far[i] = 2 * b->frame.depth[i];
+        for (size_t c = 0; c < 3; c++)
+            light[3 * i + c] = 0.5f * b->frame.colour[3 * i + c];
+    }
+    struct rf_seen_light seen = {rf_image_packed(light, 140, 110, 3),
+                                 rf_image_packed(far, 140, 110, 1)};
+    struct rf_view view = {.colour = rf_image_packed(b->frame.colour, 140, 110, 3),
+                           .depth = rf_image_packed(b->frame.depth, 140, 110, 1),
+                           .seen = &seen,
+                           .n_seen = kind == MIRROR};
+    struct rf_image out = rf_image_packed(b->frame.out, 140, 110, 3);
+    return rf_filter_process(b->filter, &view, 1, &out, progress, NULL);
+}
+
+/* Of a frame of several pictures, too, 0 comes first, and 1 when it is whole. */
+static void whole_at_1_of_several_pictures(void)
+{
+    for (int kind = 0; kind < N_TOGETHER; kind++) {
+        struct bench b;
+        struct record record = record_for(2);
+        struct rf_progress progress = {report, &record}, none = {NULL, NULL};
+        REQUIRE(together_make(&b, kind));
+        record.out = &b.frame;
+        CHECK(together_run(&b, kind, &progress) == RF_OK);
+        uint64_t hash = hash_bytes(0, b.frame.out, frame_bytes(&b.frame));
+        CHECK(record.first == 0 && record.last == 1 && record.is_monotone);
+        CHECK(record.hash == hash);
+        CHECK(together_run(&b, kind, &none) == RF_OK);
+        CHECK(hash_bytes(0, b.frame.out, frame_bytes(&b.frame)) == hash);
+        bench_free(&b);
+    }
+}
+
+/* A single false cancels, also where it comes as one of the pictures is done. */
+static void one_false_cancels_several_pictures(void)
+{
+    for (int kind = 0; kind < N_TOGETHER; kind++)
+        for (int i = 0; i < 20; i++) {
+            struct bench b;
+            struct record record = record_for(i / 20.0);
+            struct rf_progress progress = {report, &record};
+            record.once = true;
+            REQUIRE(together_make(&b, kind));
+            rf_result result = together_run(&b, kind, &progress);
+            CHECK(result == (record.cancelled_at < 1 ? RF_ERROR_CANCELLED : RF_OK));
+            bench_free(&b);
+        }
+}
+
 /* A caller that is not the main thread gets its calls there. */
 static void *in_thread(void *user)
 {
@@ -193,6 +280,8 @@ int main(int argc, char **argv)
     TEST(scatter_asks_within_a_band);
     TEST(cancel_at_0_and_on_the_way);
     TEST(cancel_at_1_is_too_late);
+    TEST(whole_at_1_of_several_pictures);
+    TEST(one_false_cancels_several_pictures);
     TEST(the_calling_thread_need_not_be_the_main_one);
     return testing_end();
 }
