@@ -150,6 +150,12 @@ static inline bool are_next(const float *at, const float *next)
     return (lane_bits(LOAD(at) == LOAD(next + 1)) & 0x7f) == 0x7f;
 }
 
+/* Are the values of all lanes the same? */
+static inline bool are_alike(const float *at)
+{
+    return lane_bits(LOAD(at) == SPLAT(at[0])) == 0xff;
+}
+
 /*
  * LANES pixels of one surface, of one height and share, that meet at their edges: the
  * shadow of all of them; share 0 where they do not.
@@ -158,8 +164,7 @@ static inline struct shadow join_lanes(const struct side *across,
                                        const struct side *down, const float *share)
 {
     struct shadow all = {.share = 0};
-    if (!are_next(share, share) || !are_next(down->low, down->low) ||
-        !are_next(down->high, down->high))
+    if (!are_alike(share) || !are_alike(down->low) || !are_alike(down->high))
         return all;
     if (are_next(across->high, across->low)) {
         all = shadow_of(across, down, 0, share[0]);

@@ -15,6 +15,10 @@
 #include "../testing.h"
 
 #include <time.h>
+#ifndef _WIN32
+#include <sys/mman.h>
+#include <unistd.h>
+#endif
 
 #include "kernel_calls.h"
 
@@ -554,6 +558,34 @@ static void a_run_casts_what_its_pixels_do(void)
     }
 }
 
+#ifndef _WIN32
+/* Of pixels that are drawn together no share is read beyond the last one. */
+static void a_run_reads_its_own_shares(void)
+{
+    size_t page = (size_t)sysconf(_SC_PAGESIZE);
+    char *pages = mmap(NULL, 2 * page, PROT_READ | PROT_WRITE,
+                       MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    REQUIRE(pages != MAP_FAILED);
+    REQUIRE(mprotect(pages + page, page, PROT_NONE) == 0);
+    float *share = (float *)(pages + page) - 48, radius[64];
+    const struct rf_kernels *level;
+    for (int i = 0; (level = rf_kernels_at(i)); i++) {
+        prepare(&first, 0, 0);
+        struct rf_shadows s = shadows_of(&first, 0);
+        s.row = 64;
+        s.light_r = s.disc_r = 20;
+        s.extent_x = s.extent_y = 4;
+        for (int x = 0; x < 64; x++)
+            radius[x] = 8;
+        for (int x = 0; x < 48; x++)
+            share[x] = 0.75f;
+        memset(s.blocked, 0, SHADOWS_W * SHADOWS_H * sizeof(float));
+        CHECK(level->cast_shadows(&s, radius, share, 33, 40, 48));
+    }
+    munmap(pages, 2 * page);
+}
+#endif
+
 /* What is found at each place, by the rule for one. */
 static void places_are_looked_for(void)
 {
@@ -674,6 +706,9 @@ int main(int argc, char **argv)
     TEST(gaps_and_sides_are_those_of_the_radii);
     TEST(a_pixel_casts_a_square);
     TEST(a_run_casts_what_its_pixels_do);
+#ifndef _WIN32
+    TEST(a_run_reads_its_own_shares);
+#endif
     TEST(quotients_are_limited);
     TEST(quotients_of_quadruples);
     TEST(blocks_are_rough_where_radii_step);
