@@ -187,20 +187,23 @@ static PyObject *filter_process(PyObject *object, PyObject *args, PyObject *keyw
 static PyObject *filter_process_views(PyObject *object, PyObject *args,
                                       PyObject *keywords)
 {
-    static char *names[] = {"views", "out", "progress", NULL};
-    PyObject *sequence, *target, *function = Py_None, *answer = NULL;
+    static char *names[] = {"views", "out", "progress", "seen", NULL};
+    PyObject *sequence, *target, *function = Py_None, *lights = Py_None;
+    PyObject *answer = NULL;
     struct plugin_image out;
-    if (!PyArg_ParseTupleAndKeywords(args, keywords, "OO|O:process_views", names,
-                                     &sequence, &target, &function))
+    if (!PyArg_ParseTupleAndKeywords(args, keywords, "OO|OO:process_views", names,
+                                     &sequence, &target, &function, &lights))
         return NULL;
     struct plugin_views *open = plugin_open_views(sequence);
     if (!open)
         return NULL;
-    if (plugin_open_image(&out, target, "out", true) == 0) {
+    struct plugin_view_lights *seen = plugin_open_view_lights(lights, open);
+    if (seen && plugin_open_image(&out, target, "out", true) == 0) {
         const struct work work = {.views = open->views, .n_views = open->n};
         answer = process(object, &work, &out.image, function);
         plugin_close_image(&out);
     }
+    plugin_close_view_lights(seen);
     plugin_close_views(open);
     return answer;
 }
@@ -470,14 +473,15 @@ static PyMethodDef filter_methods[] = {
      "out: gets it where the surface of light is flat and it lies behind that, else "
      "NaN; may be way."},
     {"process_views", KEYWORDS(filter_process_views), METH_VARARGS | METH_KEYWORDS,
-     "process_views($self, /, views, out, progress=None)\n--\n\n"
+     "process_views($self, /, views, out, progress=None, seen=None)\n--\n\n"
      "Filters one frame from several pinhole views; for the methods that take them "
      "(views, 1 to 64).\n\n"
      "views: a sequence of tuples (colour, depth, (u, v), shear_distance); colour and "
      "depth as in process(), u and v where on the lens the view was taken, scene units "
      "right and up, shear_distance that of the plane that stays where it is in all "
      "views, scene units, 0 for parallel cameras.\n"
-     "out, progress: as in process()."},
+     "out, progress: as in process().\n"
+     "seen: for each view, in order, what process() takes as seen."},
 #ifdef PLUGIN_HAS_DENOISER
     {"denoise_views", KEYWORDS(plugin_filter_denoise_views),
      METH_VARARGS | METH_KEYWORDS,

@@ -44,6 +44,45 @@ void plugin_close_seen(struct plugin_seen *seen)
         plugin_close_image(&seen->images[--seen->n_images]);
 }
 
+/* ---- lights of several views ---------------------------------------------------- */
+
+/* Those of the views that were opened so far. */
+struct plugin_view_lights {
+    struct plugin_views *views;
+    int n;
+    struct plugin_seen seen[RF_MAX_VIEWS];
+};
+
+static int open_lights(void *user, PyObject *about)
+{
+    struct plugin_view_lights *open = user;
+    const int j = open->n++;
+    return plugin_open_seen(&open->seen[j], about, &open->views->views[j]);
+}
+
+struct plugin_view_lights *plugin_open_view_lights(PyObject *sequence,
+                                                   struct plugin_views *views)
+{
+    struct plugin_view_lights *open = PyMem_Calloc(1, sizeof *open);
+    if (!open) {
+        PyErr_NoMemory();
+        return NULL;
+    }
+    open->views = views;
+    const struct plugin_range range = {"seen", views->n, views->n};
+    if (sequence == Py_None || plugin_open_each(sequence, range, open_lights, open) > 0)
+        return open;
+    plugin_close_view_lights(open);
+    return NULL;
+}
+
+void plugin_close_view_lights(struct plugin_view_lights *open)
+{
+    while (open && open->n > 0)
+        plugin_close_seen(&open->seen[--open->n]);
+    PyMem_Free(open);
+}
+
 /* ---- their depth ---------------------------------------------------------------- */
 
 /* One light from several points of the lens. */

@@ -168,6 +168,11 @@ int plugin_open_seen(struct plugin_seen *seen, PyObject *sequence,
                      struct rf_view *view);
 void plugin_close_seen(struct plugin_seen *seen);
 
+/* None, or a sequence of such lights for each view. NULL with an exception set. */
+struct plugin_view_lights *plugin_open_view_lights(PyObject *sequence,
+                                                   struct plugin_views *views);
+void plugin_close_view_lights(struct plugin_view_lights *open);
+
 PyObject *plugin_filter_seen_depth(PyObject *object, PyObject *args,
                                    PyObject *keywords);
 PyObject *plugin_filter_seen_way(PyObject *object, PyObject *args, PyObject *keywords);

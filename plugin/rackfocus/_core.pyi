@@ -112,6 +112,7 @@ class Filter:
         views: Sequence[tuple[_Pixels, _Pixels, tuple[float, float], float]],
         out: _Pixels,
         progress: Callable[[float], bool | None] | None = None,
+        seen: Sequence[Sequence[tuple[_Pixels, _Pixels]] | None] | None = None,
     ) -> None: ...
     def denoise_views(
         self,

@@ -50,6 +50,30 @@ def test_light_is_blurred_by_its_own_depth(lens_filter):
     assert numpy.array_equal(nowhere, plain)
 
 
+def test_each_view_has_lights_of_its_own():
+    """Four views without the lights show copies of the room's pattern, with them none."""
+    many = rackfocus.Filter(
+        *(WIDTH, HEIGHT), method="views", focus_distance=100.0, lens_radius=1.6,
+        focal_length_px=1000,
+    )  # fmt: skip
+    views, seen = [], []
+    for moved in (-0.75, -0.25, 0.25, 0.75):
+        colour, depth, light = frame(moved)
+        far = numpy.where(depth == numpy.float32(MIRROR), ROOM, numpy.nan)
+        views.append((colour, depth, (1.6 * moved, 0), SHEAR))
+        seen.append([(light, far.astype("f4"))])
+    plain, own, nowhere = (numpy.empty_like(views[0][0]) for _ in range(3))
+    many.process_views(views, plain)
+    many.process_views(views, own, seen=seen)
+    many.process_views(views, nowhere, seen=[[]] * 4)
+    middle = (slice(24, 40), slice(34, 62), 1)
+    assert own[middle].std() < plain[middle].std() / 2
+    assert numpy.array_equal(nowhere, plain)
+    for wrong in (seen[:3], seen[0], [*seen[:3], []], [*seen[:3], seen[:1]]):
+        with pytest.raises((TypeError, ValueError)):
+            many.process_views(views, own, seen=wrong)
+
+
 def test_the_way_of_rays(lens_filter):
     colour, depth, light = frame()
     way = numpy.where(depth == numpy.float32(MIRROR), ROOM, depth).astype("f4")
