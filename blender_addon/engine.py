@@ -447,13 +447,14 @@ class RackFocusEngine(bpy.types.RenderEngine):
 
     @staticmethod
     def _lights(source, settings, found, params, made):
-        """What mirrors and panes show, for Filter.process(), or None."""
-        layer = found[0][0]
-        if not settings.mirrors or len(found) > 1 or params["method"] == "accumulate":
+        """What mirrors and panes show in each view, for views.process(), or None."""
+        layers = [layer for layer, _ in found]
+        if not settings.mirrors or params["method"] == "accumulate":
             return None
-        if layer.seen is not None:
+        if all(layer.seen is not None for layer in layers):
             threads = preferences.threads()
-            return mirrors.lights_of(made, layer.seen, layer, params, threads)
+            used = layers if params["method"] == "views" else layers[:1]
+            return [mirrors.lights_of(made, layer, params, threads) for layer in used]
         if not mirrors.why_not(source, settings):
             message = "Mirrors and Glass: this render lacks the passes; press F12"
             last_run[source.name]["message"] = message

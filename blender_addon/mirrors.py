@@ -23,7 +23,7 @@ PASSES = tuple(
     for part in ("direct", "indirect", "color")
 )
 WAY_SWITCH = "denoising_store_passes"  # of a view layer's cycles
-WAY = "Denoising Depth"
+WAY, NOISY = "Denoising Depth", "Noisy Image"
 RECORD = "mirrors"  # {layer: what it got switched on}, in the scene's record
 #: Direct, indirect, colour; Blender 5 writes names in full.
 NAMES = (
@@ -42,6 +42,7 @@ class Seen(NamedTuple):
     """Planes of a view layer, (height, width)."""
 
     lights: tuple  # of each kind nine: R, G, B of direct, indirect, colour
+    noisy: tuple  # R, G, B of the picture before Cycles' denoiser; (): that was off
     way: np.ndarray  # length of the rays' way, scene units
 
     def part(self, rows_and_columns):
@@ -51,6 +52,7 @@ class Seen(NamedTuple):
                 tuple(plane[rows_and_columns] for plane in light)
                 for light in self.lights
             ),
+            tuple(plane[rows_and_columns] for plane in self.noisy),
             self.way[rows_and_columns],
         )
 
@@ -68,8 +70,8 @@ def why_not(scene, settings):
     """Why a camera's mirrors have the blur of their surface, or ""."""
     if scene.render.engine != "CYCLES":
         return "Mirrors and Glass works with Cycles"
-    if settings.views > 1 or settings.method == "accumulate":
-        return "Mirrors and Glass is for one view: several show them as they are"
+    if settings.method == "accumulate":
+        return "Mirrors and Glass is not for Accumulate, which shows them as they are"
     if settings.supersample > 1:
         return "Mirrors and Glass works without Supersample"
     return ""
@@ -138,7 +140,8 @@ def seen_of(channels, layer, tail=""):
                 break
     if way is None or len(lights) < len(NAMES):
         return None
-    return Seen(tuple(lights), way)
+    noisy = tuple(channels.get(f"{layer}.{NOISY}{tail}.{c}") for c in "RGB")
+    return Seen(tuple(lights), () if any(p is None for p in noisy) else noisy, way)
 
 
 def _light(planes):
@@ -147,11 +150,12 @@ def _light(planes):
     return np.nan_to_num((direct + indirect) * colour).astype(np.float32)
 
 
-def lights_of(made, seen, layer, params, threads):
+def lights_of(made, layer, params, threads):
     """[(light, distance)] for rackfocus.Filter.process().
 
-    made: the filter, of params; layer: the passes.Layer that it filters.
+    made: the filter, of params; layer: the passes.Layer that it filters, which has seen.
     """
+    seen = layer.seen
     height, width = seen.way.shape
     rays = rackfocus.Filter(
         width, height, threads=threads, **{**params, "depth": "radial"}
@@ -161,6 +165,11 @@ def lights_of(made, seen, layer, params, threads):
     rays.planar_depth(way, planar)
     planar[way <= 0] = np.nan
     lights = [_light(planes) for planes in seen.lights]
+    noisy = np.stack(seen.noisy, -1) if seen.noisy else layer.grainy
+    if noisy is not None:  # the lights have the grain that the colour had
+        clean = layer.colour[..., :3]
+        part = clean / np.where(noisy[..., :3] > 0, noisy[..., :3], np.inf)
+        lights = [np.minimum(light * part, clean) for light in lights]
     sums = [light.sum(-1) for light in lights]
     found = []
     for light, own, other in zip(lights, sums, sums[::-1], strict=True):

@@ -29,6 +29,7 @@ from . import (
     group,
     handover,
     lens,
+    mirrors,
     moving,
     passes,
     sampling,
@@ -266,9 +267,10 @@ def _make_copy(scene, has_all_passes=False):
     if scene.render.engine == "CYCLES":
         sampling.drop_offset(copy)
     uses_passes = has_all_passes or not setup.can_mute_sources(scene)
+    kept = PASSES + (mirrors.PASSES if mirrors.is_wanted(scene) else ())
     for layer in copy.view_layers:
         for name in layer.bl_rna.properties.keys():
-            if name.startswith("use_pass_") and name not in PASSES and not uses_passes:
+            if name.startswith("use_pass_") and name not in kept and not uses_passes:
                 setattr(layer, name, False)
         layer.use_pass_combined = layer.use_pass_z = True
         if sharp.names_of(scene):
@@ -595,6 +597,9 @@ class ViewPasses:
             is_hit = found.depth < passes.NOTHING_HIT
             depth = np.where(is_hit, found.depth * place.depth_factor, found.depth)
             found = found._replace(depth=depth.astype(np.float32))
+            if found.seen is not None:
+                way = (found.seen.way * place.depth_factor).astype(np.float32)
+                found = found._replace(seen=found.seen._replace(way=way))
         return found
 
     def layer(self, name, *_):
@@ -690,21 +695,22 @@ def process(made, params, found, out, report, lights=None):
     """Filters a frame from its views.
 
     made: the rackfocus.Filter of params; found: [(passes.Layer, passes.Place)], whose
-    first one is for methods that take one view; report, lights: as of
-    Filter.process(), the latter as its seen.
+    first one is for methods that take one view; report: as of Filter.process(); lights:
+    of each view that is used what that takes as seen, or None.
     """
     first = found[0][0]
     if len(found) > 1 and params["method"] == "accumulate":
         _accumulate(found, params, out, report)
     elif len(found) > 1 and params["method"] == "views":
-        _merge(made, found, out, report)
+        _merge(made, found, out, report, lights)
     else:
-        made.process(first.colour, first.depth, out, report, seen=lights)
+        seen = lights[0] if lights else None
+        made.process(first.colour, first.depth, out, report, seen=seen)
 
 
-def _merge(made, found, out, report):
+def _merge(made, found, out, report, lights):
     layers = [layer for layer, _ in found]
-    is_clean = all(layer.grainy is not None for layer in layers)
+    is_clean = not lights and all(layer.grainy is not None for layer in layers)
     colours = [layer.grainy if is_clean else layer.colour for layer in layers]
     views = [
         (colour, layer.depth, place.offset, place.shear_distance)
@@ -713,7 +719,7 @@ def _merge(made, found, out, report):
     if is_clean:
         made.merge_denoised(views, [layer.colour for layer in layers], out, report)
     else:
-        made.process_views(views, out, report)
+        made.process_views(views, out, report, lights)
 
 
 def lights_of(params):

@@ -5,7 +5,7 @@
 
 Per scene: OUT/SCENE_node.exr, with eight views of an eighth of the samples
 OUT/SCENE_views/passes0001_v00.exr and so on and OUT/SCENE_node_views.exr. Of the scene
-mirrors, with Mirrors and Glass, OUT/mirrors_node.exr.
+mirrors, with Mirrors and Glass, OUT/mirrors_node.exr and OUT/mirrors_node_views.exr.
 """
 
 import sys
@@ -43,16 +43,18 @@ def render_scene(name):
 
 
 def render_mirrors():
-    """What mirrors and panes show, by its own distance: OUT/mirrors_node.exr."""
+    """What mirrors and panes show, by its own distance."""
     cycles_scenes.build("mirrors")
     bpy.ops.preferences.addon_enable(module=common.MODULE)
     scene = bpy.context.scene
     scene.cycles.samples, scene.cycles.seed = SAMPLES, SEED
-    scene.camera.data.rack_focus.mirrors = True
-    scene.camera.data.rack_focus.enabled = True
-    common.render(scene, OUT / "mirrors_node.exr")
-    message = addon("engine").last_run[scene.name]["message"]
-    assert not message, message
+    settings = scene.camera.data.rack_focus
+    settings.mirrors = settings.enabled = True
+    for views, name in ((1, "mirrors_node"), (VIEWS, "mirrors_node_views")):
+        settings.views = views
+        common.render(scene, OUT / f"{name}.exr")
+        message = addon("engine").last_run[scene.name]["message"]
+        assert not message, message
 
 
 common.install(DIST)
