@@ -639,10 +639,12 @@ static int run_tool(struct povray_tool *tool, struct settings *settings,
                           &error)) {
         message("%s", error.message);
         code = EXIT_FAILED;
-    } else if (povray_command_frames(tool->frames, &plan, &frames) &&
-               povray_command_spares(tool, &plan, &frames) &&
-               povray_command_plan(tool, settings, &plan, &job.options)) {
-        code = run_with_views(&job, &plan, &frames);
+    } else if (povray_command_frames(tool->frames, &plan, &frames)) {
+        code = povray_command_spares(tool, &plan, &frames);
+        if (code == EXIT_DONE)
+            code = povray_command_plan(tool, settings, &plan, &job.options)
+                       ? run_with_views(&job, &plan, &frames)
+                       : EXIT_USAGE;
     }
     frame_list_free(&frames.list);
     povray_plan_free(&plan);

@@ -131,16 +131,16 @@ static void spare_input(void *user, const char *text, bool is_file)
         spare_of_frame(spared, text, i);
 }
 
-bool povray_command_spares(const struct povray_tool *tool,
-                           const struct povray_plan *plan,
-                           const struct povray_frames *frames)
+int povray_command_spares(const struct povray_tool *tool,
+                          const struct povray_plan *plan,
+                          const struct povray_frames *frames)
 {
     struct spared spared = {.tool = tool, .frames = frames, .code = EXIT_DONE};
     bool has_computed;
     /* A scene that cannot be read is told of when it is rendered. */
     if (!tool->is_camera_only)
         povray_list_inputs(plan, spare_input, &spared, &has_computed);
-    return spared.code == EXIT_DONE;
+    return spared.code;
 }
 
 /* ---- the lens ------------------------------------------------------------------- */

@@ -41,10 +41,10 @@ bool povray_command_frames(const char *text, const struct povray_plan *plan,
                            struct povray_frames *frames);
 
 /* Refuses outputs that are the scene, its includes or the pictures that it names, with a
- * message. */
-bool povray_command_spares(const struct povray_tool *tool,
-                           const struct povray_plan *plan,
-                           const struct povray_frames *frames);
+ * message. An enum exit_code. */
+int povray_command_spares(const struct povray_tool *tool,
+                          const struct povray_plan *plan,
+                          const struct povray_frames *frames);
 
 /* Runs the command, as filter_command_run() does (filter_command.h). */
 struct frames_report;

@@ -50,7 +50,8 @@ def test_how_much_faster(rackfocus, tmp_path, options):
     own_s = float(own_s)
     assert word == ("slower" if own_s > reference_s else "faster")
     ratio = max(own_s, reference_s) / min(own_s, reference_s)
-    assert float(times) == pytest.approx(ratio, abs=0.1)
+    # The times are printed to 0.01 s.
+    assert float(times) == pytest.approx(ratio, rel=0.05, abs=0.1)
     assert word == "slower" or not options
 
 
