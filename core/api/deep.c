@@ -46,8 +46,9 @@ rf_result rf_filter_process_deep(const struct rf_filter *filter,
         return rf_fail(error, RF_ERROR_PARAMETER, "method",
                        "deep frames are filtered by the method layered only; flatten "
                        "them for the others");
-    if (rf_field_is_on(&filter->frame.params))
-        return rf_fail(error, RF_ERROR_PARAMETER, "tilt_x",
+    const struct rf_params *params = &filter->frame.params;
+    if (rf_field_is_on(params))
+        return rf_fail(error, RF_ERROR_PARAMETER, rf_field_param(params),
                        "tilt, field-curvature and split-diopter are not for deep "
                        "frames; set them to 0 or flatten the frames");
     if (rf_chroma_is_on(&filter->frame, out->channels))

@@ -82,7 +82,7 @@ static rf_result check_method(const struct rf_frame *f, struct rf_error *error)
         return rf_fail(error, RF_ERROR_PARAMETER, "split_diopter",
                        "a split diopter needs the whole picture at once");
     if (method->max_views > 1 && rf_field_is_on(&f->params))
-        return rf_fail(error, RF_ERROR_PARAMETER, "tilt_x",
+        return rf_fail(error, RF_ERROR_PARAMETER, rf_field_param(&f->params),
                        "views of a tilted or bent plane in focus need the whole "
                        "picture at once");
     if (f->params.quality == RF_QUALITY_PREVIEW)

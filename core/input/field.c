@@ -37,6 +37,14 @@ bool rf_field_is_on(const struct rf_params *p)
             p->split_diopter > 0);
 }
 
+const char *rf_field_param(const struct rf_params *p)
+{
+    return p->tilt_x != 0            ? "tilt_x"
+           : p->tilt_y != 0          ? "tilt_y"
+           : p->field_curvature != 0 ? "field_curvature"
+                                     : "split_diopter";
+}
+
 bool rf_field_is_used(const struct rf_frame *frame)
 {
     return rf_field_is_on(&frame->params) || frame->radius_shift != 0;

@@ -13,6 +13,9 @@
 /* Does the focus depend on the place? */
 bool rf_field_is_on(const struct rf_params *params);
 
+/* The parameter that makes it so; of several the first. */
+const char *rf_field_param(const struct rf_params *params);
+
 /* Does rf_field_apply() change radii? */
 bool rf_field_is_used(const struct rf_frame *frame);
 

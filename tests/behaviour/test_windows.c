@@ -383,6 +383,37 @@ static void other_methods_are_refused(void)
     }
 }
 
+/* What needs the whole picture is named, with windows and in deep frames. */
+static void the_parameter_that_is_refused_is_named(void)
+{
+    static const char *const names[] = {"tilt_x",          "tilt_y",
+                                        "field_curvature", "split_diopter",
+                                        "axial_chroma",    "lateral_chroma"};
+    static const size_t first[20 * 20 + 1];
+    const struct rf_deep_sample none = {1, 1, {0}, 0};
+    const struct rf_deep deep = {20, 20, first, &none};
+    for (size_t i = 0; i < sizeof names / sizeof *names; i++)
+        for (int is_deep = 0; is_deep < 2; is_deep++) {
+            struct subject s = {.f = frame_make(20, 20, 3)};
+            struct rf_image out = rf_image_packed(s.f.out, 20, 20, 3);
+            struct rf_params params;
+            struct rf_survey found;
+            struct rf_error error = {0};
+            frame_fill_scene(&s.f, 2);
+            scene_params(&params, is_deep ? RF_METHOD_LAYERED : RF_METHOD_VIEWS);
+            CHECK(rf_params_set_number(&params, names[i], 0.01, NULL) == RF_OK);
+            REQUIRE(rf_context_create(&s.context, NULL, NULL) == RF_OK);
+            REQUIRE(rf_filter_create(&s.filter, s.context, &params, 20, 20, NULL) ==
+                    RF_OK);
+            rf_result result =
+                is_deep ? rf_filter_process_deep(s.filter, &deep, &out, NULL, &error)
+                        : survey(&s, 20, 20, &found, &error);
+            CHECK(result == RF_ERROR_PARAMETER);
+            CHECK_STR(error.field, names[i]);
+            subject_free(&s);
+        }
+}
+
 /* Pixels are named by their place in the whole picture. */
 static void bad_pixels_are_named(void)
 {
@@ -412,6 +443,7 @@ int main(int argc, char **argv)
     TEST(memory_is_as_announced);
     TEST(bad_windows_are_refused);
     TEST(other_methods_are_refused);
+    TEST(the_parameter_that_is_refused_is_named);
     TEST(bad_pixels_are_named);
     return testing_end();
 }

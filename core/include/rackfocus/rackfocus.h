@@ -249,7 +249,7 @@ struct rf_method_info {
     bool has_blend;
     bool has_layers;     /**< reads quality, split-edges, fill-hidden, .. Since 0.1 */
     bool reads_aperture; /**< its blur has the aperture's shape. Since 0.1 */
-    /** Can rf_filter_process_window(), but with quality preview. Since 0.1. */
+    /** Can rf_filter_process_window(), but for what rf_filter_survey() names. Since 0.1. */
     bool can_window;
     bool can_deep; /**< can rf_filter_process_deep(). Since 0.1 */
 };
@@ -641,7 +641,9 @@ enum { RF_SURVEY_MARGIN = 66 };
  * and together be the picture, in any order. The method must be `layered` or `views`,
  * not of quality preview. Memory: 24 bytes per pixel given. RF_ERROR_ARGUMENT: windows
  * outside of the picture or of each other, sizes that differ; RF_ERROR_PARAMETER:
- * another method; RF_ERROR_DEPTH and RF_ERROR_PIXEL as rf_filter_process(), places
+ * another method, or what needs the whole picture at once (axial and lateral chroma, an
+ * aperture in colour, a split diopter and, with `views`, tilt and field curvature);
+ * RF_ERROR_DEPTH and RF_ERROR_PIXEL as rf_filter_process(), places
  * counted from the picture's first pixel. Since 0.1.
  */
 RF_API rf_result rf_filter_survey(const struct rf_filter *filter,
@@ -737,7 +739,8 @@ struct rf_deep {
  *
  * A picture whose radii are all below 1/64 px gives rf_deep_flatten(). RF_ERROR_DEPTH
  * and RF_ERROR_PIXEL name the first bad pixel and the count of bad samples;
- * RF_ERROR_PARAMETER: another method. Since 0.1.
+ * RF_ERROR_PARAMETER: another method, tilt, field curvature, a split diopter, chroma or
+ * an aperture in colour. Since 0.1.
  */
 RF_API rf_result rf_filter_process_deep(const struct rf_filter *filter,
                                         const struct rf_deep *deep,
