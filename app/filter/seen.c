@@ -75,20 +75,16 @@ static struct subject subject_of(struct run *run, int index)
 
 /* What stands for the channel of Cycles that knows the way of rays through mirrors. */
 #define DENOISING "denoising"
-static const char denoising_channel[] = "Denoising Depth.Z";
+static const char denoising_layer[] = "Denoising Depth";
 
 /* The full name of that channel in the colour's file; NULL: it has none. */
 static const char *find_denoising(const struct source *source)
 {
     int n;
-    const size_t length = sizeof(denoising_channel) - 1;
     const struct image_channel_info *all = image_channels(source->colour, &n);
-    for (int i = 0; i < n; i++) {
-        const size_t own = strlen(all[i].name);
-        if (own >= length && strcmp(all[i].name + own - length, denoising_channel) == 0)
-            return all[i].name;
-    }
-    return NULL;
+    const int i =
+        seen_find_channel(source, denoising_layer, strlen(denoising_layer), 'Z', -1);
+    return i >= 0 ? all[i].name : NULL;
 }
 
 /* Reads a depth channel of the size of the colour; NULL on failure. */
@@ -205,9 +201,9 @@ static int read_depth(const struct subject *subject, enum seen_kind kind, float 
     if (!channel)
         return app_fail(
             run->error, APP_FAILED,
-            "--%s denoising: %s has no channel %s; in Blender tick Passes > "
+            "--%s denoising: %s has no channel %s.Z; in Blender tick Passes > "
             "Data > Denoising Data",
-            option, image_path(subject->source->colour), denoising_channel);
+            option, image_path(subject->source->colour), denoising_layer);
     float *depth = is_file(name) ? read_channel(subject, name, NULL)
                                  : read_channel(subject, NULL, channel);
     if (!depth)
@@ -417,12 +413,20 @@ static int check_views(const struct run *run, const char *path)
                         "--reflections-at: %s is one of several views, whose headers "
                         "say where they were taken; leave it out",
                         path);
-    for (int kind = 0; kind < SEEN_KINDS; kind++)
-        if (asked_depth(tool, kind) && is_file(asked_depth(tool, kind)))
+    for (int kind = 0; kind < SEEN_KINDS; kind++) {
+        const char *name = asked_depth(tool, kind);
+        if (name && is_file(name))
             return app_fail(run->error, APP_USAGE,
                             "--%s: every view needs a channel of its own, in its file; "
                             "give its name in place of %s",
-                            kinds[kind].depth_option, asked_depth(tool, kind));
+                            kinds[kind].depth_option, name);
+        if (name && run->list.items[0].name && strcmp(name, DENOISING) != 0)
+            return app_fail(run->error, APP_USAGE,
+                            "--%s: %s holds several views, in which one name is no "
+                            "channel of each; give --reflections-from " VIEWS
+                            ", or each view as a file of its own",
+                            kinds[kind].depth_option, path);
+    }
     return APP_DONE;
 }
 
@@ -536,8 +540,9 @@ static int find_depth(struct run *run, struct others *others, int index, int i)
                      : run->has_views
                          ? match_views(&subject, i, planar)
                          : match_others(run, others, kind, light->colour.data, planar);
-    run->seen.shares[i] += share_of(light) / filter_n_views(run);
-    return os_is_interrupted() ? APP_INTERRUPTED : code;
+    if (code == APP_DONE)
+        run->seen.shares[i] += share_of(light) / filter_n_views(run);
+    return code == APP_DONE && os_is_interrupted() ? APP_INTERRUPTED : code;
 }
 
 static int find_kind(struct run *run, struct others *others, enum seen_kind kind)

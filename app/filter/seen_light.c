@@ -36,29 +36,47 @@ static const struct light_layers known_layers[SEEN_KINDS][N_KNOWN] = {
 
 /* ---- layers ---------------------------------------------------------------------- */
 
-/* Is a channel the R, G or B of a layer? A layer's name may have words before it. */
-static bool is_of(const char *channel, const char *layer, size_t length, char letter)
+/* The length of a channel's name without "." and its letter, and without the view that
+ * stands before these where views share a part; 0: it has another letter. */
+static size_t layer_length(const char *channel, const char *view, char letter)
 {
-    const size_t n = strlen(channel);
-    if (n < length + 2 || channel[n - 2] != '.' || channel[n - 1] != letter)
-        return false;
-    const char *name = channel + n - 2 - length;
-    return strncasecmp(name, layer, length) == 0 &&
-           (name == channel || name[-1] == '.');
+    const size_t n = strlen(channel), n_view = view ? strlen(view) : 0;
+    if (n < 3 || channel[n - 2] != '.' || channel[n - 1] != letter)
+        return 0;
+    const size_t end = n - 2, start = end - n_view;
+    const bool has_view = n_view > 0 && end > n_view + 1 && channel[start - 1] == '.' &&
+                          strncmp(channel + start, view, n_view) == 0;
+    return has_view ? start - 1 : end;
+}
+
+int seen_find_channel(const struct source *source, const char *layer, size_t length,
+                      char letter, int part)
+{
+    int n;
+    const struct image_channel_info *all = image_channels(source->colour, &n);
+    const char *view = image_view_of(source->colour, source->layer.r);
+    for (int i = 0; i < n; i++) {
+        const char *own = image_view_of(source->colour, i), *name = all[i].name;
+        const size_t end = layer_length(name, view, letter);
+        if (end < length || (part >= 0 && all[i].part != part) ||
+            (view && (!own || strcmp(own, view) != 0)))
+            continue;
+        /* Words may stand before the layer. */
+        const char *at = name + end - length;
+        if (strncasecmp(at, layer, length) == 0 && (at == name || at[-1] == '.'))
+            return i;
+    }
+    return -1;
 }
 
 /* The three channels of a layer in a file, in the part of the colour; false: none. */
 static bool find_layer(const struct source *source, const char *layer, size_t length,
                        int channels[3])
 {
-    int n, n_found = 0;
-    const struct image_channel_info *all = image_channels(source->colour, &n);
     for (int c = 0; c < 3; c++)
-        for (int i = 0; i < n && n_found == c; i++)
-            if (all[i].part == source->part &&
-                is_of(all[i].name, layer, length, "RGB"[c]))
-                channels[n_found++] = i;
-    return n_found == 3;
+        channels[c] =
+            seen_find_channel(source, layer, length, "RGB"[c], source -> part);
+    return channels[0] >= 0 && channels[1] >= 0 && channels[2] >= 0;
 }
 
 static bool has_layers(const struct source *source, const struct light_layers *layers)

@@ -16,6 +16,11 @@ const char *seen_asked_layers(const struct filter_options *tool, enum seen_kind 
 bool seen_has_light(const struct run *run, const struct source *source,
                     enum seen_kind kind);
 
+/* The channel of a layer and a letter in a part (-1: in any), of the colour's view; -1:
+ * there is none. */
+int seen_find_channel(const struct source *source, const char *layer, size_t length,
+                      char letter, int part);
+
 /* The light of a kind in a file, three floats per pixel; NULL on failure. */
 float *seen_read_light(const struct run *run, const struct source *source,
                        enum seen_kind kind);

@@ -117,18 +117,44 @@ def test_several_views(run, tmp_path):
     assert "reflections: 50.0 %" in done.stdout
 
 
-def views_of(tmp_path, **options):
-    """Four views from left to right on the lens."""
-    paths = []
-    for i, moved in enumerate((-0.75, -0.25, 0.25, 0.75)):
-        place = {
-            "rackfocus:lensOffset": (1.6 * moved, 0.0),
-            "rackfocus:shearDistance": 100.0,
-        }
-        made = channels(moved, **options)
-        made["seen.Z"] = numpy.where(made["Z"] == MIRROR, ROOM, 0)
-        paths.append(plainexr.write(tmp_path / f"view{i}.exr", made, place))
-    return paths
+MOVED = (-0.75, -0.25, 0.25, 0.75)  # views from left to right on the lens
+
+
+def place(moved, view=""):
+    """What the header says of a view."""
+    return {
+        f"rackfocus:lensOffset{view}": (1.6 * moved, 0.0),
+        f"rackfocus:shearDistance{view}": 100.0,
+    }
+
+
+def view_channels(moved):
+    """Those of a view that also knows how far away the room is."""
+    made = channels(moved)
+    made["seen.Z"] = numpy.where(made["Z"] == MIRROR, ROOM, 0)
+    way = numpy.where(made["Z"] == MIRROR, ROOM, made["Z"])
+    return made | {"ViewLayer.Denoising Depth.Z": way}
+
+
+def views_of(tmp_path):
+    """A file for each view."""
+    return [
+        plainexr.write(tmp_path / f"view{i}.exr", view_channels(moved), place(moved))
+        for i, moved in enumerate(MOVED)
+    ]
+
+
+def shared(tmp_path):
+    """The views in one part of a file: "LAYER.VIEW.C", and of the first "LAYER.C"."""
+    names = [f"v{i}" for i in range(len(MOVED))]
+    made, attributes = {}, {"multiView": names}
+    for name, moved in zip(names, MOVED, strict=True):
+        for channel, samples in view_channels(moved).items():
+            *words, letter = channel.split(".")
+            words += [name] if name != names[0] else []
+            made[".".join([*words, letter])] = samples
+        attributes |= place(moved, f".{name}")
+    return plainexr.write(tmp_path / "shared.exr", made, attributes)
 
 
 @pytest.mark.parametrize(
@@ -147,6 +173,20 @@ def test_views_tell_each_others_reflections(run, tmp_path, asked):
     )
     assert own < plain / 2
     assert abs(own - one) < 0.02
+
+
+@pytest.mark.parametrize(
+    "asked", ["--reflections-from views", "--reflection-depth denoising"]
+)
+def test_views_in_one_file_have_lights_of_their_own(run, tmp_path, asked):
+    path = shared(tmp_path)
+    done = run(path, *asked.split())
+    run(*views_of(tmp_path), *asked.split(), name="apart.exr")
+    assert 45 < float(done.stdout.split("reflections: ")[1].split()[0]) < 55
+    a, b = (plainexr.read(tmp_path / name)[0] for name in ("out.exr", "apart.exr"))
+    assert all(numpy.array_equal(a[c], b[c]) for c in "RGB")
+    done = run(path, "--reflection-depth", "seen.Z", code=2)
+    assert "holds several views" in done.stderr
 
 
 def test_views_are_asked_as_views(run, tmp_path):
@@ -170,8 +210,7 @@ def test_views_are_asked_as_views(run, tmp_path):
         assert text in done.stderr
         assert not (tmp_path / "out.exr").exists()
     bare = {n: a for n, a in channels(0.75).items() if "Gloss" not in n}
-    place = {"rackfocus:lensOffset": (1.2, 0.0), "rackfocus:shearDistance": 100.0}
-    paths[3] = plainexr.write(tmp_path / "bare.exr", bare, place)
+    paths[3] = plainexr.write(tmp_path / "bare.exr", bare, place(0.75))
     done = run(*paths, "--reflections-from", "views", code=1)
     assert "bare.exr: has no layers of what is seen in mirrors" in done.stderr
 
