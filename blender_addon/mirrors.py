@@ -162,7 +162,8 @@ def lights_of(made, layer, params, threads):
     )
     way = np.where(seen.way > 0, seen.way, 0).astype(np.float32)
     planar = np.empty_like(way)
-    rays.planar_depth(way, planar)
+    if way.any():  # not in a frame of nothing but sky
+        rays.planar_depth(way, planar)
     planar[way <= 0] = np.nan
     lights = [_light(planes) for planes in seen.lights]
     noisy = np.stack(seen.noisy, -1) if seen.noisy else layer.grainy

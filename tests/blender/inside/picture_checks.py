@@ -740,6 +740,27 @@ def what_mirrors_show_in_several_views():
         assert apart[1] < 0.75 * apart[0], apart
 
 
+@check
+def mirrored_light_loses_the_grain_that_the_picture_lost():
+    """Half of the picture is mirrored: with grain, and once a denoiser made it even."""
+    module, passes, library = addon("mirrors"), addon("passes"), addon("library")
+    params = {"focus_distance": 3.0, "lens_radius": 0.1, "focal_length_px": 100.0}
+    made = library.rackfocus.Filter(30, 20, **params)
+    noisy = np.random.default_rng(1).uniform(0.1, 0.9, (20, 30, 3)).astype(np.float32)
+    none, one = (np.full((20, 30), value, np.float32) for value in (0, 1))
+    planes = tuple(noisy[..., i] for i in range(3))
+    mirrored = (none,) * 3 + tuple(plane / 2 for plane in planes) + (one,) * 3
+    for kept, grainy, way in ((planes, None, one), ((), noisy, none)):
+        seen = module.Seen((mirrored, (none,) * 9), kept, way)
+        clean = np.full_like(noisy, 0.4)
+        layer = passes.Layer(clean, one, seen=seen, grainy=grainy)
+        light, _ = module.lights_of(made, layer, params, 1)[0]
+        assert np.allclose(light, 0.2), np.abs(light - 0.2).max()
+    layer = passes.Layer(noisy, one, seen=module.Seen((mirrored,) * 2, (), none))
+    light, _ = module.lights_of(made, layer, params, 1)[0]
+    assert np.array_equal(light, noisy / 2)
+
+
 def _lines_of(layer):
     """Switches Freestyle on for a view layer; its settings."""
     bpy.context.scene.render.use_freestyle = layer.use_freestyle = True
