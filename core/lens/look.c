@@ -375,6 +375,52 @@ bool rf_look_lens_point(const struct rf_look *look, const struct rf_shape *whole
            is_let_through(look, seen, u);
 }
 
+/* The radius of a disc around the lens' middle that is open everywhere. */
+static double open_radius(const struct rf_look *look, const struct rf_shape *whole)
+{
+    double radius = INFINITY;
+    if (rf_look_is_dark(look))
+        return 0;
+    if (whole->is_disc)
+        radius = fmin(1, 1 / whole->ratio);
+    for (int i = 0; i < whole->n_corners && !whole->is_disc; i++) {
+        const double *a = whole->corner[i];
+        const double *b = whole->corner[(i + 1) % whole->n_corners];
+        double along[2] = {b[0] - a[0], b[1] - a[1]};
+        double length = rf_length(along[0], along[1]);
+        radius = fmin(radius, (along[1] * a[0] - along[0] * a[1]) / length);
+    }
+    return fmax(radius - rf_length(whole->origin[0], whole->origin[1]), 0);
+}
+
+struct rf_look_limits rf_look_limits_make(const struct rf_look *look,
+                                          const struct rf_shape *whole)
+{
+    return (struct rf_look_limits){.reach = lens_reach(whole),
+                                   .open = open_radius(look, whole)};
+}
+
+enum rf_look_lit rf_look_lit_in(const struct rf_look *look,
+                                const struct rf_look_limits *limits, const double q[2],
+                                double r, const double to[2], double away)
+{
+    static const double SAFE = 1e-6; /* of a radius: far above what is rounded */
+    double seen[2], way = rf_length(to[0] - q[0], to[1] - q[1]);
+    clip_place(to, seen);
+    double out = fmin(rf_length(seen[0], seen[1]) + away, 1), out2 = out * out;
+    double slope =
+        rf_length(look->slope[0], look->slope[1]) + 2 * fabs(look->bend) * out;
+    double size = fabs(radius_to(look, q, r, seen)) / look->half_px;
+    double more = slope * away / look->half_px + SAFE * size;
+    double most = 1 + fmax(fmax(look->astigmatism, look->swirl), 0) * out2;
+    double least = 1 + fmin(fmin(look->astigmatism, look->swirl), 0) * out2;
+    if (way - away > limits->reach * most * (size + more))
+        return RF_LIT_NOWHERE;
+    return least > 0 && way + away < limits->open * least * (size - more)
+               ? RF_LIT_EVERYWHERE
+               : RF_LIT_SOMEWHERE;
+}
+
 /* ---- light --------------------------------------------------------------------- */
 
 /*

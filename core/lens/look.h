@@ -78,6 +78,26 @@ bool rf_look_is_folded(const struct rf_look *look, const struct rf_shape *whole,
 bool rf_look_lens_point(const struct rf_look *look, const struct rf_shape *whole,
                         const double q[2], double r, const double to[2], double u[2]);
 
+/* How much of a disc of places a sample lights. */
+enum rf_look_lit { RF_LIT_NOWHERE, RF_LIT_SOMEWHERE, RF_LIT_EVERYWHERE };
+
+/* Of a lens, for rf_look_lit_in(). */
+struct rf_look_limits {
+    double reach; /* of its farthest point from the middle */
+    double open;  /* the radius of a disc around the middle that is open everywhere */
+};
+
+struct rf_look_limits rf_look_limits_make(const struct rf_look *look,
+                                          const struct rf_shape *whole);
+
+/*
+ * How much of the disc of places within `away` of `to` a sample at q of radius r lights
+ * by rf_look_lens_point(), told by bounds: RF_LIT_SOMEWHERE where they do not decide.
+ */
+enum rf_look_lit rf_look_lit_in(const struct rf_look *look,
+                                const struct rf_look_limits *limits, const double q[2],
+                                double r, const double to[2], double away);
+
 /* The share of a whole or part aperture that lets light through at q. */
 double rf_look_light(const struct rf_look *look, const struct rf_shape *whole,
                      const double q[2]);
