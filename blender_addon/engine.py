@@ -419,7 +419,7 @@ class RackFocusEngine(bpy.types.RenderEngine):
             frame.camera, settings, render, (width, height), scale
         )
         kept_sharp = sharp.names_of(source) if len(found) < 2 else ()
-        found = [
+        rendered, found = found, [
             (looked(layer, settings, params, kept_sharp), place)
             for layer, place in found
         ]
@@ -436,7 +436,7 @@ class RackFocusEngine(bpy.types.RenderEngine):
             **params,
             **settings.light_keywords(),
         )
-        lights = self._lights(source, settings, found, params, made)
+        lights = self._lights(frame, source, (rendered, found), params, made)
         views.process(made, params, found, picture[::-1], self._report, lights)
         seconds["filter"] = time.perf_counter() - started
         started = time.perf_counter()
@@ -445,16 +445,27 @@ class RackFocusEngine(bpy.types.RenderEngine):
         seconds["coc"] = time.perf_counter() - started
         return made.lens.coc_limit_px
 
-    @staticmethod
-    def _lights(source, settings, found, params, made):
-        """What mirrors and panes show in each view, for views.process(), or None."""
-        layers = [layer for layer, _ in found]
+    def _lights(self, frame, source, found, params, made):
+        """What mirrors and panes show in each view, for views.process(), or None.
+
+        found: [(passes.Layer, passes.Place)] as rendered, and as the filter takes them.
+        """
+        rendered, used = found
+        layers, settings = [layer for layer, _ in used], frame.camera.data.rack_focus
         if not settings.mirrors or params["method"] == "accumulate":
             return None
         if all(layer.seen is not None for layer in layers):
             threads = preferences.threads()
-            used = layers if params["method"] == "views" else layers[:1]
-            return [mirrors.lights_of(made, layer, params, threads) for layer in used]
+            if params["method"] != "views":
+                layers = layers[:1]
+            elif len(layers) >= mirrors.MATCHED_FROM:
+                doing, self.doing = self.doing, "Rack Focus: mirrors and glass"
+                part = frame.layer, frame.suffix, layers[0].depth.shape
+                key = passes.rendered(source), part
+                lights = mirrors.lights_of_views(made, rendered, key, self._report)
+                self.doing = doing
+                return lights
+            return [mirrors.lights_of(made, layer, params, threads) for layer in layers]
         if not mirrors.why_not(source, settings):
             message = "Mirrors and Glass: this render lacks the passes; press F12"
             last_run[source.name]["message"] = message

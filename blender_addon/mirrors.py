@@ -7,10 +7,13 @@ a render begins, for as long as a camera of the scene wants them.
 
     light      (direct + indirect) colour, of Glossy and of Transmission
     distance   that of the way, for the stronger of both lights, where their surface is
-               flat and the way goes on behind it (rackfocus.Filter.seen_way())
+               flat and the way goes on behind it (rackfocus.Filter.seen_way());
+               of several views that at which they show the same light
 """
 
 import json
+import math
+import weakref
 from typing import NamedTuple
 
 import numpy as np
@@ -151,7 +154,7 @@ def _light(planes):
 
 
 def lights_of(made, layer, params, threads):
-    """[(light, distance)] for rackfocus.Filter.process().
+    """[(light, distance)] for rackfocus.Filter.process(), by the way of the rays.
 
     made: the filter, of params; layer: the passes.Layer that it filters, which has seen.
     """
@@ -165,12 +168,7 @@ def lights_of(made, layer, params, threads):
     if way.any():  # not in a frame of nothing but sky
         rays.planar_depth(way, planar)
     planar[way <= 0] = np.nan
-    lights = [_light(planes) for planes in seen.lights]
-    noisy = np.stack(seen.noisy, -1) if seen.noisy else layer.grainy
-    if noisy is not None:  # the lights have the grain that the colour had
-        clean = layer.colour[..., :3]
-        part = clean / np.where(noisy[..., :3] > 0, noisy[..., :3], np.inf)
-        lights = [np.minimum(light * part, clean) for light in lights]
+    lights = _clean_lights(layer)
     sums = [light.sum(-1) for light in lights]
     found = []
     for light, own, other in zip(lights, sums, sums[::-1], strict=True):
@@ -178,3 +176,81 @@ def lights_of(made, layer, params, threads):
         made.seen_way(layer.colour, layer.depth, light, distance, distance)
         found.append((light, distance))
     return found
+
+
+def _clean_lights(layer):
+    """The lights of a passes.Layer, with the grain that its colour has."""
+    seen = layer.seen
+    lights = [_light(planes) for planes in seen.lights]
+    noisy = np.stack(seen.noisy, -1) if seen.noisy else layer.grainy
+    if noisy is None:
+        return lights
+    clean = layer.colour[..., :3]
+    part = clean / np.where(noisy[..., :3] > 0, noisy[..., :3], np.inf)
+    return [np.minimum(light * part, clean) for light in lights]
+
+
+# ---- several views ----------------------------------------------------------------
+
+#: From so many views on they tell each other's distances better than the way does:
+#: mirrors 38.1 and 36.9 dB with 2, 39.6 and 42.1 with 4, 39.9 and 42.7 with 8.
+MATCHED_FROM = 4
+#: Others that tell those of a view: 39.1 dB with one, 42.6 with 2, 42.8 with 7.
+N_OTHERS = 2
+
+_matched = weakref.WeakKeyDictionary()  # {what was rendered: {key: distances}}
+
+
+def lights_of_views(made, found, key, report):
+    """[(light, distance)] of each view, for rackfocus.Filter.process_views().
+
+    Distances are those at which the views show the same light. They hold for any focus,
+    and are kept for as long as what was rendered is.
+
+    made: the filter; found: [(passes.Layer, passes.Place)], which have seen; key: what
+    was rendered, and what of it this is; report: as of Filter.process().
+    """
+    rendered, part = key
+    lights = [_clean_lights(layer) for layer, _ in found]
+    kept = _matched.setdefault(rendered, {})
+    if part not in kept:
+        kept[part] = [
+            _match(made, found, lights, index, report) for index in range(len(found))
+        ]
+    return [
+        list(zip(*pair, strict=True)) for pair in zip(lights, kept[part], strict=True)
+    ]
+
+
+def _match(made, found, lights, index, report):
+    """The distance of each light of a view."""
+    if not report(index / len(found)):
+        raise rackfocus.CancelledError("cancelled")
+    layer = found[index][0]
+    places = [place for _, place in found]
+    distances = []
+    for kind in range(len(NAMES)):
+        distance = np.empty(layer.depth.shape, np.float32)
+        same = [
+            (lights[j][kind], places[j].offset, places[j].shear_distance)
+            for j in (index, *_farthest(places, index))
+        ]
+        made.seen_depth(layer.colour, layer.depth, same, distance)
+        distances.append(distance)
+    return distances
+
+
+def _farthest(places, index):
+    """N_OTHERS indices, each the farthest on the lens from those before it."""
+    taken = [index]
+    while len(taken) <= N_OTHERS:
+        others = (j for j in range(len(places)) if j not in taken)
+        taken.append(
+            max(
+                others,
+                key=lambda j: min(
+                    math.dist(places[j].offset, places[i].offset) for i in taken
+                ),
+            )
+        )
+    return taken[1:]

@@ -104,7 +104,8 @@ def test_mirrors_have_their_own_focus(rendered, command):
 
 
 def test_several_views_of_mirrors_as_well(rendered, command):
-    """39.9 dB by the command; 28.3 with the blur of the surfaces."""
+    """42.6 dB by the command; 28.3 with the blur of the surfaces, 39.9 by one's own way,
+    42.2 of Cycles' own lens, denoised."""
     score = tpsnr(command, rendered / "mirrors_node_views.exr", "mirrors")
     print(f"mirrors: tPSNR of the node with views {score:.2f}")
-    assert score > 39
+    assert score > 42.2

@@ -733,11 +733,56 @@ def what_mirrors_show_in_several_views():
     has_denoiser = common.V >= (4, 2, 0)  # Debian's 3.4 has none
     for is_denoised in (False, True) if has_denoiser else (False,):
         scene.cycles.use_denoising, apart = is_denoised, []
+        if is_denoised:  # four tell each other's distances
+            data.rack_focus.views, scene.cycles.samples = 4, 32
         for data.rack_focus.mirrors in (False, True):
             made = rgba(render(scene, OUT / "mv.exr"))[inner]
             assert not last_message(scene), last_message(scene)
             apart.append(np.abs(made - own).mean())
         assert apart[1] < 0.75 * apart[0], apart
+
+
+@check
+def distances_in_mirrors_are_found_once():
+    """Of each view from the two farthest from it, and not again for another focus."""
+    module, passes, library = addon("mirrors"), addon("passes"), addon("library")
+    one = np.ones((4, 6), np.float32)
+    seen = module.Seen(((one,) * 9, (one,) * 9), (), one)
+    layer = passes.Layer(np.ones((4, 6, 4), np.float32), one, seen=seen)
+    offsets = (0.0, 0.0), (1.0, 0.0), (-1.0, 0.0), (0.0, 0.5)
+    found = [(layer, passes.MIDDLE._replace(offset=offset)) for offset in offsets]
+    rendered, asked, goes_on = common, [], True
+
+    class Made:
+        def seen_depth(self, _, __, lights, out):
+            asked.append([offset for _, offset, _ in lights])
+            out[:] = len(asked)
+
+    def lights_of(part):
+        key = rendered, part
+        return module.lights_of_views(Made(), found, key, lambda _: goes_on)
+
+    goes_on = False
+    try:
+        lights_of("a")
+        raise AssertionError("was not cancelled")
+    except library.rackfocus.CancelledError:
+        assert not asked
+    goes_on = True
+    first = lights_of("a")
+    assert len(asked) == 8, asked
+    assert asked[0] == asked[1] == [offsets[0], offsets[1], offsets[2]], asked
+    assert asked[6] == [offsets[3], offsets[1], offsets[2]], asked
+    assert [[d[0, 0] for _, d in view] for view in first] == [
+        [1, 2],
+        [3, 4],
+        [5, 6],
+        [7, 8],
+    ]
+    assert [d[0, 0] for _, d in lights_of("a")[3]] == [7, 8]
+    assert len(asked) == 8, asked
+    lights_of("b")
+    assert len(asked) == 16, asked
 
 
 @check
