@@ -52,6 +52,11 @@ rf_result rf_fail(struct rf_error *error, rf_result code, const char *field,
 
 rf_result rf_fail_memory(struct rf_error *error, size_t count, size_t size)
 {
+    static const double MIB = 1024.0 * 1024.0;
+    double n_bytes = (double)count * (double)size;
+    if (n_bytes < MIB)
+        return rf_fail(error, RF_ERROR_MEMORY, "",
+                       "out of memory: %.0f bytes were needed", n_bytes);
     return rf_fail(error, RF_ERROR_MEMORY, "", "out of memory: %.1f MiB were needed",
-                   (double)count * (double)size / (1024.0 * 1024.0));
+                   n_bytes / MIB);
 }

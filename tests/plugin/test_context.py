@@ -77,6 +77,8 @@ def test_the_bound_of_memory():
     with pytest.raises(MemoryError):
         picture(colour, depth, context=context)
     picture(colour, depth, context=rackfocus.Context(max_bytes=1 << 30))
+    with pytest.raises(MemoryError, match=r": [1-9]\d* bytes were needed"):
+        picture(colour, depth, context=rackfocus.Context(max_bytes=1))
 
 
 def test_the_log_hears_remarks(build):
