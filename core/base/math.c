@@ -12,7 +12,7 @@
  */
 float rf_expf(float v)
 {
-    v = v < -80 ? -80 : v > 80 ? 80 : v;
+    v = v < -80 ? -80 : v > 88 ? 88 : v;
     float n = rintf(v * 1.44269504f);
     float f = v - n * 0.693145752f;
     f -= n * 1.42860677e-6f; /* ln 2 in two parts */

@@ -58,8 +58,10 @@ struct line {
     int run;         /* pixels of the first one's surface */
     int first, last; /* lines beside it that begin on the same surface */
     float limit;     /* of luminance, beyond the border */
+    float unit;      /* by which luminance is multiplied before it is squared */
     int n_changes;
-    /* Half of the mean square by which its pixels differ that are 1 << i px apart. */
+    /* Half of the mean square by which its pixels differ that are 1 << i px apart, each
+     * times `unit`. */
     float change[N_DISTANCES];
 };
 
@@ -73,6 +75,7 @@ struct side {
     int depth;          /* pixels of a line that are looked at */
     int border;         /* pixels that are continued */
     struct line *lines;
+    float unit;       /* the least of all lines */
     rf_quad *scratch; /* colours: n_scratch for each thread */
     size_t n_scratch;
 };
@@ -157,6 +160,7 @@ static float change_of(const struct side *s, int line, int apart)
     for (int j = 0; j < n_pairs; j++) {
         int i = j * n / n_pairs;
         float d = dimmed_at(s, line, i + apart) - dimmed_at(s, line, i);
+        d *= s->lines[line].unit;
         sum += d * d;
     }
     return sum / (float)(2 * n_pairs);
@@ -168,6 +172,8 @@ static void look_inside(void *data, int64_t begin, int64_t end, int thread)
     for (int i = (int)begin; i < (int)end; i++) {
         s->lines[i].run = run_of(s, i);
         s->lines[i].limit = limit_of(s, i);
+        s->lines[i].unit =
+            s->lines[i].limit > RF_MOST_TO_SQUARE ? RF_UNIT_TO_SQUARE : 1;
         s->lines[i].n_changes = 0;
         for (int k = 0; k < N_DISTANCES && 2 << k <= s->lines[i].run; k++)
             s->lines[i].change[s->lines[i].n_changes++] = change_of(s, i, 1 << k);
@@ -185,6 +191,17 @@ static void find_neighbours(const struct side *s)
                 : i;
     for (int i = n - 1; i >= 0; i--)
         lines[i].last = i < n - 1 && lines[i + 1].first <= i ? lines[i + 1].last : i;
+}
+
+/* Brings the changes of all lines to one unit. */
+static void share_unit(struct side *s)
+{
+    s->unit = 1;
+    for (int i = 0; i < s->n_lines; i++)
+        s->unit = rf_min_float(s->unit, s->lines[i].unit);
+    for (int i = 0; i < s->n_lines; i++)
+        for (int k = 0; k < s->lines[i].n_changes && s->lines[i].unit > s->unit; k++)
+            s->lines[i].change[k] *= s->unit * s->unit;
 }
 
 /* Where the light of pixel k beyond the border comes from, 1 the nearest. */
@@ -212,7 +229,7 @@ static rf_quad mirrored_light(const struct side *s, int line, int k)
 /* What lines beside each other come to, `distance` px beyond the border. */
 struct along {
     rf_quad sum;
-    float luminance, square, change; /* sums */
+    float luminance, square, change; /* sums, in the side's unit */
     int n, n_changes;
 };
 
@@ -226,7 +243,7 @@ static struct along look_along(const struct side *s, int line, int step, int dis
         if (from < l->first || from > l->last)
             continue;
         rf_quad c = light[from];
-        float luminance = rf_luminance(c[0], c[1], c[2]);
+        float luminance = rf_luminance(c[0], c[1], c[2]) * s->unit;
         const struct line *other = &s->lines[from];
         a.sum += c;
         a.luminance += luminance;
@@ -297,6 +314,7 @@ static void continue_side(const struct rf_context *context, struct side *s)
 {
     rf_parallel(context, s->n_lines, RF_EQUAL_PARTS, look_inside, s);
     find_neighbours(s);
+    share_unit(s);
     rf_parallel(context, s->n_lines, RF_EQUAL_PARTS, continue_lines, s);
 }
 

@@ -29,6 +29,7 @@
  */
 #include "surfaces/split.h"
 
+#include <float.h>
 #include <math.h>
 #include <stdbool.h>
 #include <stddef.h>
@@ -230,20 +231,53 @@ static void split_by_alpha(const struct rf_surface *c, const struct rf_surface *
     *share = a;
 }
 
-/* Is the pixel of a thin thing's colour, as `norm`, |e|^2, lets one tell? */
+/* How a pixel lies between two surfaces. */
+struct position {
+    float unit; /* by which colours are multiplied, before they are squared */
+    float dot, norm, size; /* (c - b) . e, |e|^2, the sum of f and b */
+};
+
+static struct position position_in(const struct rf_surface *c,
+                                   const struct rf_surface *f,
+                                   const struct rf_surface *b, float unit)
+{
+    struct position p = {.unit = unit};
+    for (int n = 0; n < 4; n++) {
+        float d = unit * (f->c[n] - b->c[n]);
+        p.dot += unit * (c->c[n] - b->c[n]) * d;
+        p.norm += d * d;
+        p.size += n < 3 ? unit * (f->c[n] + b->c[n]) : 0;
+    }
+    return p;
+}
+
+/* In a unit in which nothing overflows, a power of two, so that no digit changes. */
+static struct position position_of(const struct rf_surface *c,
+                                   const struct rf_surface *f,
+                                   const struct rf_surface *b)
+{
+    struct position p = position_in(c, f, b, 1);
+    return p.norm + fabsf(p.dot) < FLT_MAX / 4
+               ? p
+               : position_in(c, f, b, RF_UNIT_TO_SQUARE);
+}
+
+/* Is the pixel of a thin thing's colour, as its position lets one tell? */
 static bool is_thin_thing(const struct rf_surface *c, const struct rf_surface *f,
-                          float norm)
+                          const struct position *p)
 {
     float d2 = 0;
-    for (int n = 0; n < 4; n++)
-        d2 += (c->c[n] - f->c[n]) * (c->c[n] - f->c[n]);
-    return d2 < THIN_ALIKE * THIN_ALIKE * norm && rf_split_luminance(c) <= WHITE;
+    for (int n = 0; n < 4; n++) {
+        float d = p->unit * (c->c[n] - f->c[n]);
+        d2 += d * d;
+    }
+    return d2 < THIN_ALIKE * THIN_ALIKE * p->norm && rf_split_luminance(c) <= WHITE;
 }
 
 /* Do pixels within the surface that the depth says look as if the other one had a share
- * of them? `norm` is |e|^2. */
+ * of them? */
 static bool is_textured(const struct scratch *s, const struct rf_surface *c,
-                        const struct meeting *m, float norm)
+                        const struct meeting *m, const struct position *p)
 {
     float most = 0;
     const struct rf_surface *own = m->is_near ? &m->f : &m->b;
@@ -252,10 +286,11 @@ static bool is_textured(const struct scratch *s, const struct rf_surface *c,
         const struct rf_surface *q = c + s->steps[__builtin_ctz(bits)];
         float dot = 0;
         for (int n = 0; n < 4; n++)
-            dot += (q->c[n] - own->c[n]) * (other->c[n] - own->c[n]);
+            dot +=
+                p->unit * (q->c[n] - own->c[n]) * (p->unit * (other->c[n] - own->c[n]));
         most = rf_max_float(most, dot);
     }
-    return most > TEXTURE * norm;
+    return most > TEXTURE * p->norm;
 }
 
 /* Colours of both parts, of which the near one covers a: f and b with the residual. */
@@ -291,24 +326,18 @@ static bool split_edge(const struct scratch *s, const struct rf_pixels *p, int x
         split_by_alpha(c, f, e, b, near, far, share);
         return true;
     }
-    float dot = 0, norm = 0, size = 0;
-    for (int n = 0; n < 4; n++) {
-        float d = f->c[n] - b->c[n];
-        dot += (c->c[n] - b->c[n]) * d;
-        norm += d * d;
-        size += n < 3 ? f->c[n] + b->c[n] : 0;
-    }
-    if (norm < ALIKE * ALIKE * size * size + 1e-8f)
+    const struct position at = position_of(c, f, b);
+    if (at.norm < ALIKE * ALIKE * at.size * at.size + 1e-8f)
         return false;
-    float a = rf_split_share_of(dot / norm);
+    float a = rf_split_share_of(at.dot / at.norm);
     if (a >= 1 && !m.is_near && m.is_within && s->is_alone &&
-        is_thin_thing(c, f, norm)) {
+        is_thin_thing(c, f, &at)) {
         *near = *far = *c;
         near->r = f->r;
         *share = 1;
         return true;
     }
-    if (a <= 0 || a >= 1 || (s->is_alone && is_textured(s, c, &m, norm)))
+    if (a <= 0 || a >= 1 || (s->is_alone && is_textured(s, c, &m, &at)))
         return false;
     share_colour(c, f, b, a, near, far);
     near->r = m.is_near ? c->r : f->r;

@@ -337,6 +337,46 @@ static void negative_and_huge_colours_pass(void)
         }
 }
 
+/* Two surfaces and their edges, no pixel of which is black: by `gain` times the light. */
+static void fill_bright(const struct frame *f, float gain)
+{
+    uint32_t state = 5;
+    for (int y = 0; y < f->height; y++)
+        for (int x = 0; x < f->width; x++) {
+            float light = (float)(0.2 + 0.8 * random_unit(&state));
+            bool is_near = x > 16 && x < 28 && y > 8 && y < 24;
+            f->depth[y * f->width + x] = plain_depth(is_near ? -6 : y < 4 ? 4 : 9);
+            for (int c = 0; c < 3; c++)
+                frame_at(f, f->colour, x, y)[c] = gain * light * (1 - 0.1f * (float)c);
+        }
+}
+
+/* Light is linear up to what the header promises: squares of it do not overflow. */
+static void all_light_up_to_the_promised_is_linear(void)
+{
+    static const float gains[] = {0x1p40f, 0x1p63f, 0x1p64f, 0x1p90f, 1e36f};
+    for (size_t m = 0; m < n_methods; m++) {
+        struct frame f = frame_make(44, 34, 3);
+        float *first = malloc(frame_bytes(&f));
+        struct rf_params params;
+        scene_params(&params, (int)m);
+        for (int k = 0; k < 5; k++) {
+            double worst = 0;
+            fill_bright(&f, gains[k]);
+            CHECK(frame_filter(&f, &params, 2, NULL) == RF_OK);
+            for (size_t i = 0; i < frame_pixels(&f) * 3; i++) {
+                f.out[i] /= gains[k];
+                worst = fmax(worst, k ? fabs(f.out[i] - first[i]) : 0);
+            }
+            CHECK(worst < 1e-4);
+            if (k == 0)
+                memcpy(first, f.out, frame_bytes(&f));
+        }
+        free(first);
+        frame_free(&f);
+    }
+}
+
 /* Renderers' pixel filters write values below zero beside bright things. */
 static void black_beside_negative_changes_little(void)
 {
@@ -667,6 +707,7 @@ int main(int argc, char **argv)
     TEST(nan_and_infinity_name_the_pixel);
     TEST(light_too_large_for_the_blend_gamma_names_the_pixel);
     TEST(negative_and_huge_colours_pass);
+    TEST(all_light_up_to_the_promised_is_linear);
     TEST(black_beside_negative_changes_little);
     TEST(negative_alpha_spreads_no_infinity);
     TEST(a_failed_frame_leaves_the_filter_usable);
