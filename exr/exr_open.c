@@ -233,6 +233,15 @@ static bool check_part_size(const struct image_input *input, int part,
     return true;
 }
 
+/* What kind of an environment map the part says that it is; NULL: none. */
+static const char *environment_of(const struct image_input *input, int part)
+{
+    exr_envmap_t kind;
+    if (exr_attr_get_envmap(input->context, part, "envmap", &kind) != EXR_ERR_SUCCESS)
+        return NULL;
+    return kind == EXR_ENVMAP_CUBE ? "cube" : "latlong";
+}
+
 static bool read_part_info(struct image_input *input, int part,
                            const exr_attr_chlist_t **list, struct image_error *error)
 {
@@ -254,6 +263,7 @@ static bool read_part_info(struct image_input *input, int part,
                           image_core_message(EXR_ERR_MISSING_REQ_ATTR));
     info->name = part_text(input, part, "name");
     info->view = part_text(input, part, "view");
+    info->environment = environment_of(input, part);
     info->is_tiled = storage == EXR_STORAGE_TILED || storage == EXR_STORAGE_DEEP_TILED;
     info->is_deep =
         storage == EXR_STORAGE_DEEP_SCANLINE || storage == EXR_STORAGE_DEEP_TILED;

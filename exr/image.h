@@ -46,6 +46,7 @@ struct image_part_info {
     bool is_tiled, is_deep;
     struct image_box data_window, display_window;
     float pixel_aspect;
+    const char *environment; /* "latlong" or "cube" of an environment map, else NULL */
 };
 
 /* An opened file: headers read, pixels not yet. */

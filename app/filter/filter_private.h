@@ -107,6 +107,9 @@ int filter_warn_choice(const struct run *run);
 /* One view of several, without that having been asked for; others that are copied. */
 int filter_warn_eyes(const struct run *run);
 
+/* An environment map, which no lens takes. */
+int filter_warn_environment(const struct run *run);
+
 /* Warns where discs are round in stored pixels and pixels are not square. */
 int filter_warn_aspect(const struct run *run);
 

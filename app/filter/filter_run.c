@@ -288,6 +288,8 @@ static int read_facts(struct run *run)
     code = filter_warn_unread(run);
     if (code == APP_DONE)
         code = filter_warn_aspect(run);
+    if (code == APP_DONE)
+        code = filter_warn_environment(run);
     return code == APP_DONE ? filter_warn_layers(run) : code;
 }
 

@@ -97,6 +97,8 @@ static void print_file(const struct image_input *input)
         print_box("data window", &parts[p].data_window);
         print_box("display window", &parts[p].display_window);
         printf("  %-16s %g\n", "pixel aspect", parts[p].pixel_aspect);
+        if (parts[p].environment)
+            printf("  %-16s %s\n", "environment map", parts[p].environment);
         printf("  %-16s", "channels");
         for (int c = 0; c < n_channels; c++)
             if (channels[c].part == p)
@@ -393,6 +395,8 @@ static void json_file(struct json *json, const struct image_input *input)
         json_box(json, "data_window", &parts[p].data_window);
         json_box(json, "display_window", &parts[p].display_window);
         json_number(json, "pixel_aspect", parts[p].pixel_aspect);
+        json_text(json, "environment",
+                  parts[p].environment ? parts[p].environment : "");
         json_open(json, "channels", '[');
         for (int c = 0; c < n_channels; c++) {
             if (channels[c].part != p)

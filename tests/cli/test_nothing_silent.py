@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What was asked for happens, or the user is told why not and what to type."""
 
+import json
 import os
 import pathlib
 import resource
@@ -114,6 +115,22 @@ def test_others_blur_round_on_the_screen(run, scene, method, tmp_path):
     run(scene(), "--method", method, name="square.exr")
     wide, square = (plainexr.read(tmp_path / n)[0] for n in ("out.exr", "square.exr"))
     assert (wide["R"] != square["R"]).any()
+
+
+# ---- pictures that no lens takes -----------------------------------------------------
+
+
+@pytest.mark.parametrize("kind, where", [(0, "the poles"), (1, "the cube's sides")])
+def test_environment_maps_are_warned_of(run, rackfocus, scene, kind, where):
+    path = scene(attributes={"envmap": ("envmap", bytes([kind]))})
+    name = "cube" if kind else "latlong"
+    done = run(path)
+    assert f"environment map (envmap {name} in its header)" in done.stderr
+    assert where in done.stderr
+    run(path, "--strict", code=1)
+    assert f"environment map  {name}" in rackfocus("info", path).stdout
+    facts = json.loads(rackfocus("info", path, "--json").stdout)
+    assert facts["files"][0]["parts"][0]["environment"] == name
 
 
 # ---- the camera ----------------------------------------------------------------------
