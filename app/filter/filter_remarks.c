@@ -238,21 +238,12 @@ int filter_warn_eyes(const struct run *run)
 
 int filter_warn_environment(const struct run *run)
 {
-    const struct source *source = &run->source;
-    int n_parts, n_channels;
-    const struct image_part_info *parts = image_parts(source->colour, &n_parts);
-    const struct image_channel_info *channels =
-        image_channels(source->colour, &n_channels);
-    const char *kind = parts[channels[source->layer.r].part].environment;
-    if (!kind || !rf_method_find(run->params.method)->needs_depth)
+    char text[400];
+    if (!rf_method_find(run->params.method)->needs_depth ||
+        !source_is_environment(&run->source, text, sizeof(text)))
         return APP_DONE;
-    return app_warn(run->tool->host, run->error,
-                    "%s: is an environment map (envmap %s in its header), but is "
-                    "blurred as a flat picture of a camera, wrong at the %s; filter "
-                    "the views that are taken out of it instead",
-                    image_path(source->colour), kind,
-                    strcmp(kind, "cube") == 0 ? "edges of the cube's sides"
-                                              : "poles and at the seam");
+    return app_warn(run->tool->host, run->error, "%s: %s",
+                    image_path(run->source.colour), text);
 }
 
 /* Methods whose steps are as long along columns as along rows. */

@@ -249,7 +249,6 @@ static int check_mist(const struct run *run)
 static int read_facts(struct run *run)
 {
     char text[1024];
-    const char *by;
     const struct source *source = &run->source;
     if (!source_read_facts(source, run->settings, text, sizeof(text))) {
         return app_fail(run->error, APP_FAILED, "%s", text);
@@ -261,12 +260,9 @@ static int read_facts(struct run *run)
     if (run->settings->params.method == RF_METHOD_ACCUMULATE && !run->has_views)
         code = app_warn(run->tool->host, run->error, VIEWS_ONE_IS_MEAN,
                         image_path(source->colour));
-    if (code == APP_DONE &&
-        image_attribute_string(source->colour, "rackfocus:filtered", &by))
-        code =
-            app_warn(run->tool->host, run->error,
-                     "%s: was filtered before (%s); filter the pinhole render instead",
-                     image_path(source->colour), by);
+    if (code == APP_DONE && source_was_filtered(source, text, sizeof text))
+        code = app_warn(run->tool->host, run->error, "%s: %s",
+                        image_path(source->colour), text);
     if (code == APP_DONE)
         code = filter_warn_attributes(run);
     if (code == APP_DONE)

@@ -370,6 +370,34 @@ bool source_is_doubtful(const struct source *source, char *text, size_t n_bytes)
     return true;
 }
 
+bool source_was_filtered(const struct source *source, char *text, size_t n_bytes)
+{
+    const char *by;
+    if (!image_attribute_string(source->colour, "rackfocus:filtered", &by))
+        return false;
+    snprintf(text, n_bytes,
+             "was filtered before (%.200s); filter the pinhole render instead", by);
+    return true;
+}
+
+bool source_is_environment(const struct source *source, char *text, size_t n_bytes)
+{
+    int n;
+    const struct image_part_info *parts = image_parts(source->colour, &n);
+    const int part = image_channels(source->colour, &n)[source->layer.r].part;
+    const char *kind = parts[part].environment;
+    if (!kind)
+        return false;
+    snprintf(text, n_bytes,
+             "is an environment map (envmap %s in its header), but is blurred as a "
+             "flat picture of a camera, wrong at the %s; filter the views that are "
+             "taken out of it instead",
+             kind,
+             strcmp(kind, "cube") == 0 ? "edges of the cube's sides"
+                                       : "poles and at the seam");
+    return true;
+}
+
 bool source_explains_depth(const struct source *source, char *text, size_t n_bytes)
 {
     int n;

@@ -61,6 +61,12 @@ bool source_has_only_data(const struct source *source, char *text, size_t n_byte
 /* Why the colour may not be what is meant, into `text`; false: there is no doubt. */
 bool source_is_doubtful(const struct source *source, char *text, size_t n_bytes);
 
+/* Does the colour have its blur already? Says so into `text`. */
+bool source_was_filtered(const struct source *source, char *text, size_t n_bytes);
+
+/* Is the colour an environment map, which no lens takes? Says so into `text`. */
+bool source_is_environment(const struct source *source, char *text, size_t n_bytes);
+
 /* How the depth was found where its name does not say so, into `text`; false: it does. */
 bool source_explains_depth(const struct source *source, char *text, size_t n_bytes);
 

@@ -84,6 +84,25 @@ def test_bad_pixels_are_told(view, passes):
     window.quit()
 
 
+@pytest.mark.parametrize(
+    "attribute, part",
+    [
+        ({"rackfocus:filtered": "a lens"}, "the picture was filtered before (a lens)"),
+        ({"envmap": ("envmap", b"\0")}, "environment map (envmap latlong"),
+        ({"multiView": ["left", "right"]}, "the picture is the view left, one of 2"),
+    ],
+)
+def test_doubts_of_the_picture_are_told(view, tmp_path, attribute, part):
+    """Those that the command warns of before it reads a pixel."""
+    channels = {name: numpy.full((40, 60), 0.5, "f4") for name in "RGB"}
+    channels["Z"] = numpy.full((40, 60), 5, "f4")
+    attributes = {"rackfocus:lensRadius": 0.2, "rackfocus:focalLengthPx": 400.0}
+    path = plainexr.write(tmp_path / "a.exr", channels, {**attributes, **attribute})
+    window = view(path, "--focus-distance", "4")
+    assert part in window.wait_text("said")
+    window.quit()
+
+
 def test_depth_that_was_multiplied_by_alpha(view, tmp_path, rackfocus):
     """Mended as the command mends it, and said."""
     y, x = numpy.mgrid[0:HEIGHT, 0:WIDTH].astype(numpy.float32)

@@ -178,6 +178,36 @@ static bool mend_depth(struct stage *stage, const struct settings *typed,
     return true;
 }
 
+/* One view of a file of several, which nobody named. */
+static bool shows_one_eye(const struct stage *stage, const struct source *source,
+                          char *text, size_t n_bytes)
+{
+    const char *eye = image_view_of(source->colour, source->layer.r);
+    if (!eye || stage->has_views || stage->options->is_stereo ||
+        stage->options->layer || image_view_count(source->colour) < 2)
+        return false;
+    snprintf(text, n_bytes,
+             "the picture is the view %.60s, one of %d; view --stereo shows both eyes",
+             eye, image_view_count(source->colour));
+    return true;
+}
+
+/* What `rackfocus filter` warns of before it reads the picture. */
+static void remark_doubts(struct stage *stage, const struct source *source)
+{
+    static bool (*const doubts[])(const struct source *, char *, size_t) = {
+        source_was_filtered, source_is_environment, source_is_doubtful};
+    char why[500], text[600];
+    for (size_t i = 0; i < sizeof(doubts) / sizeof(doubts[0]); i++) {
+        if (!doubts[i](source, why, sizeof(why)))
+            continue;
+        snprintf(text, sizeof(text), "the picture %s", why);
+        add_remark(stage, text);
+    }
+    if (shows_one_eye(stage, source, why, sizeof(why)))
+        add_remark(stage, why);
+}
+
 static double white_of_light(const struct rf_image *colour)
 {
     struct white_tally tally = {{0}};
@@ -230,6 +260,8 @@ static bool read_files(struct stage *stage, const struct settings *typed,
             "; view takes one file of colour and one of depth, or only views",
             other);
     is_good = is_good && open_source(stage, &request, &list, error);
+    if (is_good)
+        remark_doubts(stage, &stage->source);
     const int n_threads = thread_count(stage->options->n_threads);
     const bool is_deep = is_good && stage->source.info.is_deep && !stage->has_views;
     if (is_deep)
@@ -265,6 +297,8 @@ static struct input *read_one(struct stage *stage, const struct settings *typed,
                   request->paths[0]);
     else
         input = input_read(source, n_threads, error);
+    if (input)
+        remark_doubts(stage, source);
     if (input && !mend_depth(stage, typed, source, input, error)) {
         input_drop(input);
         input = NULL;
