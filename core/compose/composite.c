@@ -238,8 +238,10 @@ static void add_weighted(const struct rf_composer *c, const struct rf_crop *crop
     rf_light_map_row(crop->weights, x, y, n, weight);
     c->kernels->divide_add(sums, coverage, c->scene->least, 1, n, planes);
     for (int p = 0; p < 4; p++) {
+        if (!planes[p])
+            continue;
         float *out = crop->planes[p] + crop->stride * y + x;
-        for (int i = 0; i < n && planes[p]; i++)
+        for (int i = 0; i < n; i++)
             out[i] += weight[i] * colour[p][i];
     }
 }
