@@ -372,7 +372,7 @@ static rf_result allocate(struct rf_picture *picture, struct rf_error *error)
 
 int rf_picture_border(float largest_radius)
 {
-    return rf_min_int((int)ceilf(largest_radius), MAX_BORDER);
+    return largest_radius < MAX_BORDER ? (int)ceilf(largest_radius) : MAX_BORDER;
 }
 
 rf_result rf_picture_load(struct rf_picture *picture, const struct rf_frame *frame,

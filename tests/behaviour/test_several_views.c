@@ -101,6 +101,50 @@ static void a_plane_is_blurred_as_by_one_view(void)
     }
 }
 
+/* A near and a far plane of noise, of which a view shows `near` columns. */
+static void fill_planes(struct frame *f, int near)
+{
+    uint32_t state = 3;
+    for (size_t i = 0; i < frame_pixels(f) * 3; i++)
+        f->colour[i] = (float)random_unit(&state);
+    for (int i = 0; i < f->width * f->height; i++)
+        f->depth[i] = i % f->width < near ? 3 : 12;
+}
+
+/* The tilt of a lens as large as can be makes radii that are beyond whole numbers. */
+static void any_lens_can_be_tilted(void)
+{
+    struct rf_params params;
+    struct rf_view views[3];
+    struct frame frames[3];
+    plain_params(&params, RF_METHOD_VIEWS);
+    params.focus_distance = 17;
+    params.max_radius = 50;
+    params.tilt_x = 36;
+    params.lens_radius = 9e8;
+    for (int j = 0; j < 3; j++) {
+        frames[j] = frame_make(98, 11, 3);
+        fill_planes(&frames[j], 40 + j);
+        views[j] =
+            (struct rf_view){.colour = rf_image_packed(frames[j].colour, 98, 11, 3),
+                             .depth = rf_image_packed(frames[j].depth, 98, 11, 1),
+                             .lens_offset = {points[j][0] * 9e7, points[j][1] * 9e7},
+                             .shear_distance = params.focus_distance};
+    }
+    struct rf_context *context;
+    struct rf_filter *filter;
+    struct rf_image out = rf_image_packed(frames[0].out, 98, 11, 3);
+    CHECK(rf_context_create(&context, NULL, NULL) == RF_OK);
+    CHECK(rf_filter_create(&filter, context, &params, 98, 11, NULL) == RF_OK);
+    CHECK(rf_filter_process(filter, views, 3, &out, NULL, NULL) == RF_OK);
+    for (size_t i = 0; i < frame_pixels(&frames[0]) * 3; i++)
+        CHECK(isfinite(frames[0].out[i]));
+    rf_filter_destroy(filter);
+    rf_context_destroy(context);
+    for (int j = 0; j < 3; j++)
+        frame_free(&frames[j]);
+}
+
 enum { N_TILTED = 5 };
 
 /* A plane whose radius grows by -SLOPE px per px to the right, where `views` of it were
@@ -513,6 +557,7 @@ static void a_wire_before_a_card_lets_no_lamp_through_it(void)
 int main(int argc, char **argv)
 {
     testing_begin(argc, argv);
+    TEST(any_lens_can_be_tilted);
     TEST(a_plane_is_blurred_as_by_one_view);
     TEST(a_tilted_plane_is_in_focus);
     TEST(next_to_the_camera_before_a_bent_focus);
