@@ -58,6 +58,13 @@ static void set_grid(struct rf_zones *zones)
     zones->n = (2 * zones->n_x + 1) * (2 * zones->n_y + 1);
 }
 
+/*
+ * Of the whole lens' light, 1: what is left of the rounding of its sums where the lens
+ * is dark. A place that sees nothing but an obstruction would spread that as if it were
+ * its light, of either sign.
+ */
+static const double ROUNDED_LIGHT = 1e-14;
+
 double rf_zone_light(const struct rf_zone *zone, const struct rf_bokeh *bokeh,
                      int plane, const struct rf_piece *piece)
 {
@@ -73,10 +80,11 @@ double rf_zone_light(const struct rf_zone *zone, const struct rf_bokeh *bokeh,
         at[i][0] = bokeh->width / 2.0 + (u[0] + beside[0]) * shape->ratio * longer;
         at[i][1] = bokeh->height / 2.0 - (u[1] + beside[1]) * longer;
     }
-    return rf_bokeh_sum(bokeh, plane, at[1][0], at[0][1]) -
-           rf_bokeh_sum(bokeh, plane, at[0][0], at[0][1]) -
-           rf_bokeh_sum(bokeh, plane, at[1][0], at[1][1]) +
-           rf_bokeh_sum(bokeh, plane, at[0][0], at[1][1]);
+    double light = rf_bokeh_sum(bokeh, plane, at[1][0], at[0][1]) -
+                   rf_bokeh_sum(bokeh, plane, at[0][0], at[0][1]) -
+                   rf_bokeh_sum(bokeh, plane, at[1][0], at[1][1]) +
+                   rf_bokeh_sum(bokeh, plane, at[0][0], at[1][1]);
+    return light > ROUNDED_LIGHT ? light : 0;
 }
 
 double rf_zone_height2(const struct rf_zone *zone, const double u[2])

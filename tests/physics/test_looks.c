@@ -444,6 +444,32 @@ static void rings_of_a_mirror_lens(void)
     }
 }
 
+/*
+ * Where a cat's eye leaves of a mirror lens only what its obstruction hides, a lamp has
+ * no light: rounding was spread in its place, of 200 and of -135 for a lamp of 100.
+ */
+static void an_obstruction_hides_all_of_the_lens(void)
+{
+    struct rf_params params;
+    struct frame f = frame_make(11, 32, 1);
+    rf_params_init(&params);
+    params.focus_distance = 10;
+    params.lens_radius = 0.273;
+    params.focal_length_px = 461;
+    params.max_radius = 20;
+    params.obstruction = 0.949;
+    params.cat_eye = 0.687;
+    for (size_t i = 0; i < frame_pixels(&f); i++) {
+        f.colour[i] = 0.1f;
+        f.depth[i] = 1;
+    }
+    *frame_at(&f, f.colour, 0, 1) = 100;
+    CHECK(frame_filter(&f, &params, 1, NULL) == RF_OK);
+    for (size_t i = 0; i < frame_pixels(&f); i++)
+        CHECK(f.out[i] >= 0 && f.out[i] < 1);
+    frame_free(&f);
+}
+
 static void a_missing_picture_is_said(void)
 {
     struct rf_params p;
@@ -676,6 +702,7 @@ int main(int argc, char **argv)
     TEST(picture_of_the_aperture);
     TEST(pictures_of_the_aperture_in_turn);
     TEST(rings_of_a_mirror_lens);
+    TEST(an_obstruction_hides_all_of_the_lens);
     TEST(a_missing_picture_is_said);
     TEST(longitudinal_colour);
     TEST(colours_are_those_of_their_radii);
