@@ -10,6 +10,7 @@ import bpy
 import numpy as np
 
 from . import (
+    bodies,
     compat,
     denoising,
     exr,
@@ -186,6 +187,12 @@ class RackFocusEngine(bpy.types.RenderEngine):
         self.next_update_s = time.perf_counter() + UPDATE_S
         if source.name not in alone:
             refocusing.note(source)
+        with lens.known(bodies.distances_of(source)):
+            self._render_layer(depsgraph, source, run)
+
+    def _render_layer(self, depsgraph, source, run):
+        """The same once it is known which scene is filtered; run: of last_run."""
+        scene = depsgraph.scene
         try:
             name = depsgraph.view_layer.name
             is_wanted = source.name in alone | rendering

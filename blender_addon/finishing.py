@@ -7,7 +7,7 @@ mirrors, glass, smoke and motion blur come out as the renderer sees them. What w
 rendered is kept for as long as camera and frame are the same.
 """
 
-from . import denoising, group, lens, look, passes, props, setup, sharp
+from . import bodies, denoising, group, lens, look, passes, props, setup, sharp
 from .library import rackfocus
 from .writing import set_if_other
 
@@ -33,6 +33,8 @@ def why_not(scene):
         return "Finish does not work with Rack Focus nodes on pictures"
     if not setup.can_mute_sources(scene):
         return "Finish does not work where your nodes use other passes too"
+    if bodies.why_one_view(scene):
+        return "Finish needs rigid bodies to be baked: Scene > Rigid Body World > Cache"
     settings = scene.camera.data.rack_focus
     if look.of(settings) != (1, 1) or props.has_look(settings):
         return "Finish follows the camera's own lens: set Look back to its defaults"

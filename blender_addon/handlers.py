@@ -12,6 +12,7 @@ import bpy
 from bpy.app.handlers import persistent
 
 from . import (
+    bodies,
     driven,
     engine,
     failures,
@@ -154,6 +155,7 @@ def on_frame_change_post(scene, depsgraph=None):
         write(setup.open_lenses, source, depsgraph, are_open)
         cameras, ours = setup.cameras_of(source), setup.filter_scene_of(source)
         write(driven.follow, cameras, depsgraph.scene_eval, ours)
+        bodies.measure(source, depsgraph)
     if is_copy:
         task = functools.partial(views.follow, scene, depsgraph)
         main_thread.run_or_here(task, FRAME_S)
@@ -184,6 +186,7 @@ def on_load(*_):
     engine.rendering.clear()
     engine.last_run.clear()
     failures.told.clear()
+    bodies.forget()
     passes.forget()
     finishing.forget()
     write(_mend)

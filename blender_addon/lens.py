@@ -7,6 +7,7 @@ cameras it is 1 / (2 f-stop), and before 4.2 the lens stands in the near clippin
 from which the focus distance counts. The scale of the camera object counts for nothing.
 """
 
+import contextlib
 import math
 
 import numpy as np
@@ -26,6 +27,22 @@ class CameraError(Exception):
     """The camera cannot be filtered; the message is for the user."""
 
 
+_known = {}  # full name of a camera object: distance of its focus object
+
+
+@contextlib.contextmanager
+def known(distances):
+    """Focus objects are that far meanwhile, wherever an evaluated scene has them.
+
+    distances: {full name of a camera object: scene units}.
+    """
+    _known.update(distances)
+    try:
+        yield
+    finally:
+        _known.clear()
+
+
 def focus_distance(camera):
     """Distance of the plane in focus along the axis, in scene units.
 
@@ -35,6 +52,8 @@ def focus_distance(camera):
     target = dof.focus_object
     if target is None:
         return dof.focus_distance
+    if camera.is_evaluated and camera.name_full in _known:
+        return _known[camera.name_full]
     place = target.matrix_world
     if target.type == "ARMATURE" and dof.focus_subtarget:
         bone = target.pose.bones.get(dof.focus_subtarget)

@@ -4,7 +4,18 @@
 import bpy
 from bpy.props import IntProperty
 
-from . import compat, engine, exr, finishing, group, keep, passes, refocusing, setup
+from . import (
+    bodies,
+    compat,
+    engine,
+    exr,
+    finishing,
+    group,
+    keep,
+    passes,
+    refocusing,
+    setup,
+)
 from . import views
 
 
@@ -32,6 +43,7 @@ def refocus(scene, call, own_samples=0):
         views.begin(scene, own_samples, is_refocus=True)
     setup.mute_sources(scene)
     setup.sync(scene)
+    bodies.measure(scene)
     is_job = False
     try:
         done = bpy.ops.render.render(call, scene=scene.name)

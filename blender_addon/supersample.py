@@ -15,7 +15,7 @@ light, so that their order does not matter.
 
 import numpy as np
 
-from . import freestyle, group, lens, setup
+from . import bodies, freestyle, group, lens, setup
 
 MOST = 4
 LARGEST_PX = 32768  # of a side, for Blender and the filter
@@ -37,6 +37,8 @@ def why_not(scene):
         return "Supersample does not work with Rack Focus nodes on pictures"
     if freestyle.is_drawn(scene):
         return "Supersample does not work with Freestyle's lines"
+    if bodies.why_one_view(scene):
+        return "Supersample does not work with rigid bodies that are not baked"
     if setup.filter_scene_of(scene) is not None and not setup.can_mute_sources(scene):
         return "Your nodes use other passes too: without Supersample"
     return ""

@@ -22,8 +22,10 @@ import numpy as np
 from mathutils import Matrix, Vector
 
 from . import (
+    bodies,
     compat,
     denoising,
+    failures,
     finishing,
     freestyle,
     group,
@@ -124,6 +126,11 @@ def describe(settings, scene, n):
         return ["With Rack Focus nodes on pictures, one view is rendered"]
     if freestyle.is_drawn(scene):
         return ["With Freestyle's lines, one view is rendered"]
+    if bodies.why_one_view(scene):
+        return [
+            "Rigid bodies are not baked: one view is rendered",
+            "Press Scene > Rigid Body World > Cache > Bake",
+        ]
     if is_unfiltered(settings, scene):
         return ["The picture is not filtered: one view is rendered"]
     width, height = lens.picture_size(scene.render)
@@ -200,6 +207,10 @@ def begin(scene, own_samples=0, is_refocus=False):
     has_copies = is_shared or sampling.has_offset(scene)
     has_copies = has_copies and not is_refocus and not has_lines
     if not has_copies and not own_samples:
+        return
+    reason = bodies.why_one_view(scene)
+    if reason:
+        failures.note(scene, reason, is_failure=False)
         return
     is_sequence = any(is_one_by_one(c.data.rack_focus, scene) for c in cameras)
     n_copies = most * scale**2 if is_sequence else 1
@@ -331,7 +342,11 @@ def prepare_frame(scene):
     session.places, session.placed = [], set()
     session.n_views = view_count(session.camera.data.rack_focus)
     session.frame_scale, is_noisy = session.scale, session.is_noisy
-    if session.copy_names and lens.why_not(_at_frame(session.camera, scene)):
+    # Where bodies are is known only once the scene is evaluated.
+    distances = {session.camera.name_full: 1.0} if bodies.are_in(scene) else {}
+    with lens.known(distances):
+        is_unfit = bool(lens.why_not(_at_frame(session.camera, scene)))
+    if session.copy_names and is_unfit:
         session.n_views, session.frame_scale, is_noisy = 1, 1, False
     session.note = ""
     if session.n_views > 1:
