@@ -195,7 +195,7 @@ class RackFocusEngine(bpy.types.RenderEngine):
         scene = depsgraph.scene
         try:
             name = depsgraph.view_layer.name
-            is_wanted = source.name in alone | rendering
+            is_wanted = source.name in alone | rendering and setup.is_used(source)
             is_shown = is_wanted or setup.is_shown(source, name)
             if not is_shown or is_called_for_nodes_only(source, name):
                 self._write_nothing(depsgraph)

@@ -19,6 +19,7 @@ from . import (
     finishing,
     freestyle,
     group,
+    holdouts,
     lens,
     main_thread,
     mirrors,
@@ -83,9 +84,14 @@ def _prepare(scene):
         if reason:
             failures.note(scene, f"{reason}: the picture is not filtered")
         else:
-            sharp_passes = unblurred.describe(scene)
-            if sharp_passes:
-                failures.say(scene, ". ".join(sharp_passes), is_failure=False)
+            lines = unblurred.describe(scene)
+            if lines:
+                failures.say(scene, ". ".join(lines), is_failure=False)
+            lines = holdouts.describe(
+                scene, views.camera_at(scene, scene.frame_current)
+            )
+            if lines:
+                failures.say(scene, " ".join(lines), is_failure=False)
             views.begin(scene, finishing.samples_of(scene))
         setup.settle(scene)
 

@@ -16,7 +16,7 @@ from . import (
     refocusing,
     setup,
 )
-from . import views
+from . import unblurred, views
 
 
 REFUSED = (exr.ExrError, passes.PassesError, finishing.FinishError)
@@ -38,6 +38,8 @@ def refocus(scene, call, own_samples=0):
         raise passes.PassesError(f"{reason}: the picture cannot be filtered")
     if not setup.can_mute_sources(scene):
         return bpy.ops.render.render(call, scene=scene.name)
+    if not setup.is_used(scene):
+        raise passes.PassesError(". ".join(unblurred.NOT_SHOWN))
     keep_passes(scene)
     if own_samples:
         views.begin(scene, own_samples, is_refocus=True)

@@ -126,6 +126,13 @@ def is_shown(scene, layer_name):
     return any(output.is_linked for output in found)
 
 
+def is_used(scene):
+    """Do nodes show anything that is filtered of a scene?"""
+    if group.nodes_of(scene):
+        return True
+    return any(is_shown(scene, layer.name) for layer in scene.view_layers)
+
+
 def trees_of(scene):
     """The compositor trees of a scene, those that are out of use too."""
     trees = [compat.compositor_tree(scene)]

@@ -10,6 +10,7 @@ from . import (
     denoising,
     finishing,
     group,
+    holdouts,
     lens,
     mirrors,
     refocusing,
@@ -109,6 +110,7 @@ class CameraPanel(InCamera):
         if settings.enabled:
             for text in (
                 *shining.describe(scene, settings),
+                *holdouts.describe(scene, scene.camera),
                 *unblurred.describe(scene),
             ):
                 column.label(text=text, icon="INFO")

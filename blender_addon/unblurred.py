@@ -4,7 +4,9 @@
 Cycles' own lens blurs every pass of light; we filter the picture alone. A composite that
 is put together from passes (light times colour, a fog by Mist, Environment behind the
 picture) then stays sharp, or mixes what is sharp with what is blurred. Box and console
-say so, and what to do: a node on an image, behind the composite.
+say so, and what to do: a node on an image, behind the composite. They also say where nodes
+show no picture of the scene at all, but its depth, another scene or a file, and where
+the artist's own Defocus node blurs the picture a second time.
 """
 
 from . import compat, group, setup
@@ -14,6 +16,10 @@ DATA = ("Crypto", "Denoising")  # starts of names: mattes, guides; sharp on purp
 FACTORS = ("Mist",)  # passes of one channel that a lens blurs
 OUTPUTS = ("COMPOSITE", "GROUP_OUTPUT")
 MOST = 3  # names that are said
+NOT_SHOWN = (
+    "Your nodes show nothing of the Rack Focus node",
+    "Link its Image to where the picture should be",
+)
 
 
 def names_of(scene):
@@ -30,13 +36,29 @@ def names_of(scene):
 def describe(scene):
     """Lines for the panel on such passes."""
     names = names_of(scene)
+    lines = [
+        f"Your node “{name}” blurs the picture once more: mute it"
+        for name in _defocus_nodes(scene)
+    ]
     if not names:
-        return []
+        is_vain = setup.is_filtered(scene) and not setup.is_used(scene)
+        return [*lines, *(NOT_SHOWN if is_vain else ())]
     said = ", ".join(names[:MOST]) + (", …" if len(names) > MOST else "")
     return [
+        *lines,
         f"Your nodes show passes that are not blurred: {said}",
         "Put Add > Filter > Rack Focus on an Image behind them",
     ]
+
+
+def _defocus_nodes(scene):
+    """Names of Defocus nodes, which make a depth of field of their own."""
+    tree = compat.compositor_tree(scene)
+    if tree is None or setup.filter_scene_of(scene) is None:
+        return []
+    nodes = [n for one in setup.with_groups(tree) for n in one.nodes]
+    nodes = [n for n in nodes if n.type == "DEFOCUS" and not n.mute]
+    return [n.name for n in nodes if any(o.is_linked for o in n.outputs)]
 
 
 def _is_light(output):

@@ -5,6 +5,7 @@ file_checks.py DIST OUT [CHECK ...]    writes OUT/file_results.json
 """
 
 import contextlib
+import io
 import shutil
 import sys
 from pathlib import Path
@@ -102,6 +103,40 @@ def a_node_that_this_blender_lacks():
     assert len(bpy.data.scenes) == 2
     data.dof.use_dof = True
     assert not np.array_equal(shot(scene, "old2.exr"), sharp)  # the camera's own lens
+
+
+@check
+def nodes_that_show_no_picture():
+    """A composite of the depth, of another scene, of no render: box and console say so."""
+    for name in ("depth", "scene", "colour"):
+        bpy.ops.wm.open_mainfile(filepath=str(checking.BASE))
+        scene = bpy.context.scene
+        tree, layers, output = tree_with_output(scene)
+        if name == "depth":
+            scene.view_layers[0].use_pass_z = True
+            tree.links.new(layers.outputs["Depth"], output)
+        elif name == "scene":
+            layers.scene = other = bpy.data.scenes.new("Other")
+            other.camera = bpy.data.objects.new("Other", scene.camera.data.copy())
+            common.set_up_cycles(other)
+        else:
+            colour = tree.nodes.new("CompositorNodeRGB")
+            tree.links.new(colour.outputs[0], output)
+        plain = shot(scene, "nothing0.exr")
+        start()
+        said = io.StringIO()
+        with contextlib.redirect_stderr(said):
+            same(shot(scene, "nothing1.exr"), plain)
+        said = said.getvalue()
+        assert "show nothing of the Rack Focus node" in said, (name, said)
+        assert "press F12" not in said and not last_message(scene), said
+        assert addon("unblurred").describe(scene)
+        ours = addon("setup").filter_scene_of(scene)
+        node = next(n for n in tree.nodes if getattr(n, "scene", None) == ours)
+        tree.links.new(node.outputs["Image"], output)
+        assert not addon("unblurred").describe(scene)
+        assert not np.array_equal(shot(scene, "nothing2.exr"), plain)
+        assert not last_message(scene), last_message(scene)
 
 
 def add_matte(scene, tree, source):
@@ -393,6 +428,76 @@ def the_node_on_an_image_has_the_scenes_white():
         scene.camera, data.rack_focus, scene.render, size
     )
     assert made == of_frame and made["white"] == wanted, made
+
+
+@check
+def a_defocus_node_of_the_artists():
+    """Files for its depth of field have one, which would blur the picture once more."""
+    scene = bpy.context.scene
+    tree, layers, output = tree_with_output(scene)
+    node = tree.nodes.new("CompositorNodeDefocus")
+    describe = addon("unblurred").describe
+    tree.links.new(layers.outputs["Image"], node.inputs[0])
+    start()
+    update()
+    assert not describe(scene)  # it leads nowhere
+    tree.links.new(node.outputs[0], output)
+    assert not describe(scene)[1:] and node.name in describe(scene)[0], describe(scene)
+    said = io.StringIO()
+    with contextlib.redirect_stderr(said):
+        shot(scene, "defocus.exr")
+    assert "once more: mute it" in said.getvalue(), said.getvalue()
+    node.mute = True
+    assert not describe(scene)
+
+
+def hold_out_an_object(cubes):
+    """Object Properties > Visibility > Holdout."""
+    for cube in cubes:
+        cube.is_holdout = True
+
+
+def hold_out_a_collection(cubes):
+    """A collection's Holdout in the view layer."""
+    found = bpy.data.collections.new("Held")
+    scene = bpy.context.scene
+    scene.collection.children.link(found)
+    for cube in cubes:
+        scene.collection.objects.unlink(cube)
+        found.objects.link(cube)
+    bpy.context.view_layer.layer_collection.children["Held"].holdout = True
+
+
+def hold_out_a_material(cubes):
+    """A Holdout shader."""
+    for cube in cubes:
+        tree = cube.data.materials[0].node_tree
+        node = tree.nodes.new("ShaderNodeHoldout")
+        output = next(n for n in tree.nodes if n.type == "OUTPUT_MATERIAL")
+        tree.links.new(node.outputs[0], output.inputs["Surface"])
+
+
+@check
+def holdouts():
+    """Cycles gives them no depth: with one view box and console say what to do."""
+    describe = addon("holdouts").describe
+    for hold_out in (hold_out_an_object, hold_out_a_collection, hold_out_a_material):
+        bpy.ops.wm.open_mainfile(filepath=str(checking.BASE))
+        scene = bpy.context.scene
+        assert not describe(scene, scene.camera)
+        hold_out([o for o in scene.objects if o.type == "MESH"][:8])
+        assert describe(scene, scene.camera), hold_out
+    scene.render.film_transparent = True
+    scene.cycles.samples, scene.camera.data.dof.use_dof = 256, True
+    own = shot(scene, "hole0.exr")
+    scene, data = start()
+    said = io.StringIO()
+    with contextlib.redirect_stderr(said):
+        made = shot(scene, "hole1.exr")
+    assert "take several Views" in said.getvalue(), said.getvalue()
+    data.rack_focus.views = 4
+    assert not describe(scene, scene.camera)
+    assert tpsnr(shot(scene, "hole4.exr"), own) > tpsnr(made, own) + 4
 
 
 # ---- rigid bodies -----------------------------------------------------------------
