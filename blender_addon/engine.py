@@ -330,7 +330,7 @@ class RackFocusEngine(bpy.types.RenderEngine):
         coc = np.zeros((height, width, 1), np.float32)
         limit_px, depth = None, first.depth
         try:
-            settings = frame.camera.data.rack_focus
+            settings = setup.settings_of(frame.camera)
             # After the node's button a refocus follows, which filters.
             is_final = bpy.app.background or source.name not in alone
             if settings.enabled and is_final and not self.is_broken:
@@ -394,6 +394,8 @@ class RackFocusEngine(bpy.types.RenderEngine):
     @staticmethod
     def _keep(frame, found, scene, source):
         """Writes what was rendered to the folder that the camera names."""
+        if frame.camera.type != "CAMERA":
+            return
         folder = keep.folder_of(frame.camera.data)
         is_render = not source.rack_focus.muted and source.name not in alone
         if folder is None or not is_render:

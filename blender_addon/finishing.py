@@ -25,7 +25,8 @@ class FinishError(denoising.DenoiserError):
 
 def why_not(scene):
     """Why a scene cannot be finished, or "": for the box and the operator."""
-    if scene.camera is None or not scene.camera.data.rack_focus.enabled:
+    camera = setup.camera_of(scene)
+    if camera is None or not camera.data.rack_focus.enabled:
         return "Rack Focus is not ticked for the scene's camera"
     if scene.render.use_multiview:
         return "Finish does not work with stereo"
@@ -35,7 +36,7 @@ def why_not(scene):
         return "Finish does not work where your nodes use other passes too"
     if bodies.why_one_view(scene):
         return "Finish needs rigid bodies to be baked: Scene > Rigid Body World > Cache"
-    settings = scene.camera.data.rack_focus
+    settings = camera.data.rack_focus
     if look.of(settings) != (1, 1) or props.has_look(settings):
         return "Finish follows the camera's own lens: set Look back to its defaults"
     if sharp.names_of(scene):
@@ -45,10 +46,10 @@ def why_not(scene):
 
 def samples_of(scene):
     """Samples of the own lens that every render of a scene has, or 0."""
-    settings = scene.camera.data.rack_focus if scene.camera is not None else None
-    if settings is None or not settings.use_finish or why_not(scene):
+    if why_not(scene):
         return 0
-    return settings.finish_samples
+    settings = scene.camera.data.rack_focus
+    return settings.finish_samples if settings.use_finish else 0
 
 
 def clean(scene, own, ours, guides=None):

@@ -141,7 +141,8 @@ def ends_at_groups(tree, sources):
 
 def camera_of(scene, node):
     """The camera object whose lens a node has, or None."""
-    return node.node_tree.rack_focus.camera or scene.camera
+    camera = node.node_tree.rack_focus.camera or scene.camera
+    return camera if camera is not None and camera.type == "CAMERA" else None
 
 
 def layer_of(scene, node):

@@ -161,6 +161,7 @@ def on_frame_change_post(scene, depsgraph=None):
         write(setup.open_lenses, source, depsgraph, are_open)
         cameras, ours = setup.cameras_of(source), setup.filter_scene_of(source)
         write(driven.follow, cameras, depsgraph.scene_eval, ours)
+        write(setup.follow_subframe, source, ours)
         bodies.measure(source, depsgraph)
     if is_copy:
         task = functools.partial(views.follow, scene, depsgraph)

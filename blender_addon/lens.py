@@ -98,7 +98,7 @@ def aperture_parameters(dof):
 
 def why_not(camera):
     """Why a camera object cannot be filtered, in the artist's words; "" if it can."""
-    if camera.data.type not in ("PERSP", "ORTHO"):
+    if camera.type != "CAMERA" or camera.data.type not in ("PERSP", "ORTHO"):
         return (
             "Rack Focus needs a perspective or orthographic camera; "
             f"“{camera.name}” is of another type"

@@ -62,7 +62,8 @@ def keep_passes(scene):
 
     Those of the folder come first where the last render was of another frame.
     """
-    folder = keep.folder_of(scene.camera.data) if scene.camera else None
+    camera = setup.camera_of(scene)
+    folder = keep.folder_of(camera.data) if camera is not None else None
     frame, now = passes.frame_of(scene), scene.frame_current
     if folder is not None and frame not in (None, now):
         try:
@@ -180,7 +181,7 @@ class RACK_FOCUS_OT_add_node(bpy.types.Operator):
     @classmethod
     def poll(cls, context):
         """Needs a camera to read the lens from."""
-        return scene_of(context).camera is not None
+        return setup.camera_of(scene_of(context)) is not None
 
     def execute(self, context):
         """Sets the scene up, or adds one more node for the active view layer."""
@@ -213,7 +214,7 @@ class RACK_FOCUS_OT_add_picture_node(bpy.types.Operator):
     @classmethod
     def poll(cls, context):
         """Needs a camera to read the lens from."""
-        return scene_of(context).camera is not None
+        return setup.camera_of(scene_of(context)) is not None
 
     def execute(self, context):
         """Puts it behind the active node."""

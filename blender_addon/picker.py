@@ -64,7 +64,7 @@ class RACK_FOCUS_OT_pick_focus(WaitsForClick, bpy.types.Operator):
     @classmethod
     def poll(cls, context):
         """Needs a camera."""
-        return scene_of(context).camera is not None
+        return setup.camera_of(scene_of(context)) is not None
 
     def execute(self, context):
         """Focuses on the object, or on what lies at (x, y)."""

@@ -8,6 +8,7 @@ scene.rack_focus.filter_scene and .source; what was changed is kept in .record.
 """
 
 import json
+import types
 
 import bpy
 
@@ -64,6 +65,25 @@ def cameras_of(scene):
         if camera is not None and camera.type == "CAMERA":
             found.update(view_cameras(scene, camera))
     return found
+
+
+def camera_of(scene):
+    """The camera object of a scene; None without one, and where it is something else.
+
+    Blender renders through any object that is the scene's camera, or bound to a marker.
+    """
+    camera = scene.camera
+    return camera if camera is not None and camera.type == "CAMERA" else None
+
+
+NO_CAMERA = types.SimpleNamespace(
+    enabled=False, method="layered", views=1, view_samples=0, shutter_spread=False
+)
+
+
+def settings_of(item):
+    """What an object that is rendered through asks for: nothing where it is no camera."""
+    return item.data.rack_focus if item.type == "CAMERA" else NO_CAMERA
 
 
 def is_wanted(scene):
@@ -553,6 +573,15 @@ def _sync_cameras(scene, ours):
         ours.timeline_markers.new("camera", frame=frame).camera = camera
 
 
+def follow_subframe(scene, ours):
+    """Lets the filter scene stand between frames where its source does.
+
+    Blender gives it the whole number alone, in animations neither.
+    """
+    if ours.frame_subframe != scene.frame_subframe:
+        ours.frame_float = scene.frame_float
+
+
 def _sync_views(source, target):
     """Makes the list of stereo views the same."""
     while len(target.views) > max(len(source.views), 2):
@@ -643,6 +672,7 @@ def sync(scene):
         return
     for name in RENDER_SETTINGS:
         set_if_other(ours.render, name, getattr(scene.render, name))
+    follow_subframe(scene, ours)
     _sync_views(scene.render, ours.render)
     _sync_cameras(scene, ours)
     _sync_layers(scene, ours)

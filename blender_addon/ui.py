@@ -330,8 +330,8 @@ class ObjectPanel(bpy.types.Panel):
         layout.use_property_split = True
         layout.prop(context.object, "rack_focus_keep_sharp")
         scene = scene_of(context)
-        settings = scene.camera.data.rack_focus if scene.camera is not None else None
-        if settings is not None and views.view_count(settings) > 1:
+        camera = setup.camera_of(scene)
+        if camera is not None and views.view_count(camera.data.rack_focus) > 1:
             layout.label(text="With one view only", icon="INFO")
 
 
@@ -354,7 +354,7 @@ class ImagePanel(bpy.types.Panel):
         layout = self.layout
         layout.use_property_split = True
         scene = scene_of(context)
-        if scene.camera is None:
+        if setup.camera_of(scene) is None:
             layout.label(text="The scene has no camera", icon="ERROR")
             return
         draw_focus(layout, scene.camera.data.dof)

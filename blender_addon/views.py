@@ -306,16 +306,18 @@ def _add_cameras(scene, copy, indices):
     base = "Rack Focus"
     while any(o.name.startswith(f"{base}_v") for o in copy.collection.objects):
         base += "+"
-    names = []
+    names, camera = [], setup.camera_of(scene)
+    if camera is None:
+        camera = min(setup.cameras_of(scene), key=lambda one: one.name)
     for index in indices:
-        data = scene.camera.data.copy()
+        data = camera.data.copy()
         data.animation_data_clear()
         data.dof.use_dof = False
         data.dof.focus_object = None  # sampling.py sets a distance
-        camera = bpy.data.objects.new(base + _suffix(index), data)
-        camera[MARK] = index
-        copy.collection.objects.link(camera)
-        names.append(camera.name)
+        made = bpy.data.objects.new(base + _suffix(index), data)
+        made[MARK] = index
+        copy.collection.objects.link(made)
+        names.append(made.name)
     views = copy.render.views
     while len(views) < len(indices):
         views.new("view")
@@ -340,7 +342,7 @@ def prepare_frame(scene):
     if session.own_name:
         finishing.prepare_copy(scene, session.own(), session.camera)
     session.places, session.placed = [], set()
-    session.n_views = view_count(session.camera.data.rack_focus)
+    session.n_views = view_count(setup.settings_of(session.camera))
     session.frame_scale, is_noisy = session.scale, session.is_noisy
     # Where bodies are is known only once the scene is evaluated.
     distances = {session.camera.name_full: 1.0} if bodies.are_in(scene) else {}
@@ -365,7 +367,9 @@ def _at_frame(camera, scene):
     The filter scene, which has little else than the cameras, is evaluated for that.
     """
     ours, data = setup.filter_scene_of(scene), camera.data
-    if ours is None or not (data.animation_data or data.dof.focus_object):
+    if ours is None or camera.type != "CAMERA":
+        return camera
+    if not (data.animation_data or data.dof.focus_object):
         return camera
     ours.frame_set(scene.frame_current, subframe=scene.frame_subframe)
     return camera.evaluated_get(ours.view_layers[0].depsgraph)
@@ -379,7 +383,7 @@ def _prepare_copy(session, copy, index):
         layer.use = own.use and is_used
     _split_samples(source, copy, index)
     copy.render.use_multiview = n_cameras > 1 and not session.is_sequence
-    is_still = session.n_views > 1 and is_spread(session.camera.data.rack_focus)
+    is_still = session.n_views > 1 and is_spread(setup.settings_of(session.camera))
     copy.render.use_motion_blur = source.render.use_motion_blur and not is_still
     for number, view in enumerate(copy.render.views):
         view.use = number < n_cameras or number < 2  # Blender wants two
@@ -400,7 +404,8 @@ def _split_samples(scene, copy, index):
     Where the camera sets the samples of a view, they are those, and the limits stay.
     """
     session = _sessions[scene.name]
-    each, scale = session.camera.data.rack_focus.view_samples, session.frame_scale
+    each = setup.settings_of(session.camera).view_samples
+    scale = session.frame_scale
     n = session.n_views
     owner, name = sampling.samples_at(copy)
     if owner is not None:
@@ -428,7 +433,7 @@ def _split_samples(scene, copy, index):
 def _is_moved(scene, session):
     """Are the frame's views moved within their pixels? See sampling.py."""
     data, n, scale = session.camera.data, session.n_views, session.frame_scale
-    each = data.rack_focus.view_samples
+    each = setup.settings_of(session.camera).view_samples
     samples = sampling.samples_of_view(sampling.samples_of(scene), n, each, scale)
     return n > 1 and sampling.is_needed(scene, data, samples, scale)
 
@@ -442,12 +447,12 @@ def moment_of(scene):
     if scene.name not in session.copy_names:
         return None
     n = session.n_views
-    if n < 2 or not is_spread(session.camera.data.rack_focus):
+    if n < 2 or not is_spread(setup.settings_of(session.camera)):
         return None
     index = session.copy_names.index(scene.name) // session.frame_scale**2
     start = compat.shutter_start(source)
     time = _points(session.camera, source, n)[min(index, n - 1)][2]
-    return source.frame_current + start + source.render.motion_blur_shutter * time
+    return source.frame_float + start + source.render.motion_blur_shutter * time
 
 
 def follow(scene, depsgraph):

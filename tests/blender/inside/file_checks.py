@@ -563,6 +563,63 @@ def rigid_bodies_that_are_not_baked():
     assert not last_message(scene), last_message(scene)
 
 
+# ---- cameras and frames -----------------------------------------------------------
+
+
+@check
+def what_is_bound_to_a_marker_is_no_camera():
+    """Blender renders through an empty too: plain, and the other frames are filtered."""
+    scene = bpy.context.scene
+    empty = bpy.data.objects.new("Empty", None)
+    scene.collection.objects.link(empty)
+    empty.matrix_world = scene.camera.matrix_world
+    for frame, seen in ((1, scene.camera), (5, empty)):
+        scene.timeline_markers.new("marker", frame=frame).camera = seen
+    scene.frame_set(5)
+    assert scene.camera == empty
+    plain = shot(scene, "empty0.exr")
+    scene.frame_set(1)
+    scene, data = start()
+    first = shot(scene, "empty1.exr")
+    scene.frame_set(5)
+    assert not bpy.ops.rack_focus.pick_focus.poll()
+    for views in (1, 3):
+        data.rack_focus.views = views
+        said = io.StringIO()
+        with contextlib.redirect_stderr(said):
+            same(shot(scene, "empty2.exr"), plain)
+        assert not last_message(scene) and not said.getvalue(), said.getvalue()
+    scene.frame_set(1)
+    assert not np.array_equal(shot(scene, "empty3.exr"), first)  # three views
+    data.rack_focus.views = 1
+    same(shot(scene, "empty3.exr"), first)
+
+
+@check
+def between_frames():
+    """The lens is that of the subframe; in an animation, which has none, of the frame."""
+    scene, data = start()
+    for frame, distance in ((1, 1.5), (3, 9)):
+        data.dof.focus_distance = distance
+        data.dof.keyframe_insert("focus_distance", frame=frame)
+    render_settings = scene.render
+    scene.frame_set(1)
+    first = shot(scene, "between0.exr")
+    scene.frame_set(1, subframe=0.75)
+    distance = data.dof.focus_distance
+    assert distance > 2
+    made = shot(scene, "between1.exr")
+    same(refocused(scene, "between2.exr"), made)
+    scene.frame_start = scene.frame_end = 1
+    render_settings.filepath = str(OUT / "between3_")
+    bpy.ops.render.render(animation=True)
+    same(rgba(common.read(OUT / "between3_0001")), first)
+    data.animation_data_clear()
+    data.dof.focus_distance = distance
+    scene.frame_set(1)
+    same(shot(scene, "between4.exr"), made)
+
+
 # ---- kept passes ------------------------------------------------------------------
 
 
