@@ -50,6 +50,7 @@ UPDATE_S = 0.5
 
 rendering = set()  # names of scenes that are rendered now
 alone = set()  # names of scenes whose filter scene renders by itself: a node's button
+awaited = set()  # names of scenes of which a frame has begun, and was not filtered yet
 last_run = {}  # scene name: {"seconds": of each step, "message": of a failure, or ""}
 
 
@@ -181,6 +182,7 @@ class RackFocusEngine(bpy.types.RenderEngine):
             )
             return
         source = source.original
+        awaited.discard(source.name)
         run = last_run[source.name] = {"seconds": {}, "message": ""}
         run["message"] = failures.told.get(source.name, "")
         self.doing = "Rack Focus"

@@ -42,6 +42,7 @@ from .writing import write
 def on_render_start(scene, *_):
     """Pinhole for the beauty render; the filter scene follows its source."""
     engine.rendering.add(scene.name)
+    engine.awaited.discard(scene.name)
     failures.told.pop(scene.name, None)
     if scene.rack_focus.muted:
         return  # refocus() has prepared it; the main thread may be drawing
@@ -69,14 +70,19 @@ def _prepare(scene):
     setup.refresh(scene)
     park.restore(scene)
     setup.heal(scene)
+    for one in setup.user_scenes():  # nodes and strips show other scenes
+        sharp.need_pass(one)
+        mirrors.need_passes(one)
+        freestyle.need_pass(one)
+    for one in strips.scenes_in(scene):
+        reason = strips.why_one_view(scene, one)
+        if reason:
+            failures.note(one, reason, is_failure=False)
     if setup.filter_scene_of(scene) is not None:
         for node in group.nodes_of(scene):
             group.make_ready(node.node_tree, *lens.picture_size(scene.render))
         park.lead_past(scene)
         setup.need_source(scene)
-        sharp.need_pass(scene)
-        mirrors.need_passes(scene)
-        freestyle.need_pass(scene)
         shown = strips.why_shown(scene)
         if shown and len(engine.rendering) == 1:  # else it is a strip of another scene
             failures.note(scene, shown, is_failure=False)
@@ -132,8 +138,19 @@ def _finish(scene):
 
 
 @persistent
+def on_render_complete(scene, *args):
+    """The same; a render of one view layer, which calls no scene of a node, is told."""
+    is_ours = scene.name in engine.awaited and setup.is_filtered(scene)
+    if is_ours and setup.is_used(scene) and not strips.why_shown(scene):
+        failures.say(scene, ONE_LAYER)
+        engine.last_run[scene.name] = {"seconds": {}, "message": ONE_LAYER}
+    on_render_end(scene, *args)
+
+
+@persistent
 def on_frame(scene, *_):
     """A frame of a render begins."""
+    engine.awaited.add(scene.name)
     if views.is_active(scene):
         task = functools.partial(views.prepare_frame, scene)
         main_thread.run_or_here(task, FRAME_S)
@@ -277,12 +294,17 @@ def _follow():
 # Seconds that the main thread may take until it comes to a task.
 BEGIN_S, FRAME_S, END_S = 20, 20, 3
 
+ONE_LAYER = (
+    "Blender rendered one view layer by itself, and filters none then: the picture is an "
+    "old one, or black. Press F12"
+)
+
 HANDLERS = (
     ("render_init", on_render_start),
     ("render_pre", on_frame),
     ("frame_change_pre", on_frame_change_pre),
     ("frame_change_post", on_frame_change_post),
-    ("render_complete", on_render_end),
+    ("render_complete", on_render_complete),
     ("render_cancel", on_render_end),
     ("load_post", on_load),
     ("save_pre", on_save_start),

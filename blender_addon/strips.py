@@ -1,7 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Strips in a scene's sequencer, which Blender shows in the place of its camera."""
+"""Strips in a scene's sequencer, which Blender shows in the place of its camera.
 
-from . import compat
+Those of other scenes are filtered. Blender tells nobody that their render begins: one view
+is rendered.
+"""
+
+from . import compat, setup
 
 
 def why_shown(scene):
@@ -16,3 +20,24 @@ def why_shown(scene):
     if not seen:
         return ""
     return "Post Processing > Sequencer is on and has strips: F12 shows these, not the camera"
+
+
+def scenes_in(scene):
+    """Scenes that a render of a scene shows as strips, and that are set up."""
+    edit, render = scene.sequence_editor, scene.render
+    if edit is None or not render.use_sequencer:
+        return []
+    strips = edit.strips_all if hasattr(edit, "strips_all") else edit.sequences_all
+    seen = {strip.scene for strip in strips if strip.type == "SCENE" and not strip.mute}
+    return [s for s in setup.user_scenes() if s in seen and setup.filter_scene_of(s)]
+
+
+def why_one_view(scene, shown):
+    """What is said of a scene, shown as a strip of another one, that wants more; or ""."""
+    wanted = [c.data.rack_focus for c in setup.cameras_of(shown)]
+    if not any(s.enabled and (s.views > 1 or s.supersample > 1) for s in wanted):
+        return ""
+    return (
+        f"as a strip of scene “{scene.name}” it is rendered in one view, without "
+        "Supersample: for more, render it by itself, and take its pictures as the strip"
+    )

@@ -563,6 +563,56 @@ def rigid_bodies_that_are_not_baked():
     assert not last_message(scene), last_message(scene)
 
 
+@check
+def one_view_layer_is_rendered():
+    """The button on a Render Layers node: Blender shows an old picture, or none."""
+    scene, _ = start()
+    said = io.StringIO()
+    with contextlib.redirect_stderr(said):
+        shot(scene, "layer0.exr")
+        bpy.ops.rack_focus.refocus()
+    assert not said.getvalue(), said.getvalue()
+    layer = scene.view_layers[0].name
+    with contextlib.redirect_stderr(said):
+        bpy.ops.render.render(layer=layer, scene=scene.name)
+    assert "Press F12" in said.getvalue() and "Press F12" in last_message(scene)
+    shot(scene, "layer1.exr")
+    assert not last_message(scene), last_message(scene)
+    scene.frame_start = scene.frame_end = scene.frame_current
+    for _ in range(2):  # the second one finds the file, and renders nothing
+        scene.render.filepath, scene.render.use_overwrite = str(OUT / "layer2_"), False
+        bpy.ops.render.render(animation=True)
+        assert not last_message(scene), last_message(scene)
+
+
+@check
+def a_scene_strip():
+    """It is filtered, with objects kept sharp too; for one view it says so."""
+    scene, data = start()
+    edit = bpy.data.scenes.new("Edit")
+    edit.render.resolution_x, edit.render.resolution_y = 72, 48
+    edit.view_settings.view_transform = "Raw"
+    edit.frame_start = edit.frame_end = edit.frame_current = 1
+    edit.sequence_editor_create()
+    strips = edit.sequence_editor
+    strips = strips.strips if hasattr(strips, "strips") else strips.sequences
+    strips.new_scene("Strip", scene, 1, 1)
+    near = min(
+        (o for o in scene.objects if o.type == "MESH"), key=lambda o: o.location.y
+    )
+    data.dof.focus_distance = 8
+    near.rack_focus_keep_sharp = True
+    update()
+    made = shot(edit, "strip1.exr")
+    assert tpsnr(made, shot(scene, "strip2.exr")) > 40
+    assert not last_message(scene), last_message(scene)
+    data.rack_focus.views = 3
+    said = io.StringIO()
+    with contextlib.redirect_stderr(said):
+        shot(edit, "strip3.exr")
+    assert "in one view" in said.getvalue(), said.getvalue()
+
+
 # ---- cameras and frames -----------------------------------------------------------
 
 
