@@ -60,6 +60,22 @@ def _remove_viewer(tree):
         tree.links.new(sources[0].outputs["Image"], output)
 
 
+def _outputs_of(tree):
+    """The outputs of a node group's interface, from the top."""
+    items = [i for i in tree.interface.items_tree if i.item_type == "SOCKET"]
+    return [item for item in items if item.in_out == "OUTPUT"]
+
+
+def is_shown(tree):
+    """Does Blender show what a compositor tree composites?
+
+    From 5.0 on the first output is the picture. If it is no colour, measured in 5.0 and 5.2,
+    the plain render stays; where several views hide that, 5.0 saves nothing, and crashes.
+    """
+    outputs = _outputs_of(tree) if HAS_NODE_GROUPS else ()
+    return not outputs or outputs[0].socket_type == "NodeSocketColor"
+
+
 def new_layer_node(tree, scene):
     """A new Render Layers node of a scene.
 
@@ -112,7 +128,7 @@ def complete_nodes(tree, scene):
         return []
     is_empty = not tree.nodes
     if HAS_NODE_GROUPS:
-        if not any(i.item_type == "SOCKET" for i in tree.interface.items_tree):
+        if not _outputs_of(tree):
             new_socket(tree, "Image", "OUTPUT", "NodeSocketColor")
         output = tree.nodes.new("NodeGroupOutput")
     else:
@@ -234,10 +250,9 @@ def output_socket(tree):
     for node in tree.nodes:
         if node.type == "COMPOSITE" and not node.mute:
             return node.inputs["Image"]
-    for node in tree.nodes:
-        if node.type == "GROUP_OUTPUT" and node.inputs:
-            return node.inputs[0]
-    return None
+    ends = [n for n in tree.nodes if n.type == "GROUP_OUTPUT" and n.inputs]
+    active = [node for node in ends if node.is_active_output]
+    return next((node.inputs[0] for node in (*active, *ends)), None)
 
 
 def alpha_over(tree):

@@ -777,6 +777,11 @@ def why_not(scene):
     tree, ours = compat.compositor_tree(scene), filter_scene_of(scene)
     if tree is None:
         return "the compositor is switched off"
+    if not compat.is_shown(tree):
+        return (
+            "the compositor's first output is no colour, and Blender shows the plain "
+            "render: move the picture's output to the top, in the sidebar under Group"
+        )
     trees = with_groups(tree)
     nodes = [n for one in trees for n in layer_nodes(one, ours)]
     if all(node.mute for node in nodes):

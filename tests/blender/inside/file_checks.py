@@ -431,6 +431,49 @@ def the_node_on_an_image_has_the_scenes_white():
 
 
 @check
+def an_output_that_is_no_colour():
+    """5.x shows the plain render then, and crashed with several views: it is said."""
+    if not addon("compat").HAS_NODE_GROUPS:
+        return
+    scene = bpy.context.scene
+    tree, layers, output = tree_with_output(scene)
+    interface = tree.interface
+    number = interface.new_socket(
+        "Number", in_out="OUTPUT", socket_type="NodeSocketFloat"
+    )
+    interface.move(number, 0)
+    scene.camera.data.dof.use_dof = True
+    plain = shot(scene, "number0.exr")
+    scene, data = start()
+    said = io.StringIO()
+    with contextlib.redirect_stderr(said):
+        same(shot(scene, "number1.exr"), plain)
+    assert "first output is no colour" in said.getvalue(), said.getvalue()
+    data.rack_focus.views = 3
+    same(shot(scene, "number2.exr"), plain)
+    interface.move(number, len(interface.items_tree))
+    assert not addon("setup").why_not(scene)
+    assert not np.array_equal(shot(scene, "number3.exr"), plain)
+
+
+@check
+def the_active_one_of_two_outputs():
+    """5.x: what Blender shows is filtered."""
+    if not addon("compat").HAS_NODE_GROUPS:
+        return
+    scene = bpy.context.scene
+    tree, layers, output = tree_with_output(scene)
+    other = tree.nodes.new("NodeGroupOutput")
+    other.is_active_output = True
+    assert addon("compat").output_socket(tree) == other.inputs[0]
+    tree.nodes.remove(layers)
+    sharp = shot(scene, "active0.exr")
+    start()
+    assert other.inputs[0].is_linked and not output.is_linked
+    assert not np.array_equal(shot(scene, "active1.exr"), sharp)
+
+
+@check
 def a_defocus_node_of_the_artists():
     """Files for its depth of field have one, which would blur the picture once more."""
     scene = bpy.context.scene
