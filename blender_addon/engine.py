@@ -19,6 +19,7 @@ from . import (
     fog,
     freestyle,
     group,
+    halos,
     keep,
     lens,
     look,
@@ -447,6 +448,9 @@ class RackFocusEngine(bpy.types.RenderEngine):
             **params,
             **settings.light_keywords(),
         )
+        if render.film_transparent and params["method"] != "accumulate":
+            colour = found[0][0].colour
+            self._note(source, halos.why_wrong(colour, depth, made, params))
         lights = self._lights(frame, source, (rendered, found), params, made)
         views.process(made, params, found, picture[::-1], self._report, lights)
         seconds["filter"] = time.perf_counter() - started

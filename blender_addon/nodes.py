@@ -11,6 +11,7 @@ from . import (
     compat,
     exr,
     group,
+    halos,
     lens,
     look,
     main_thread,
@@ -173,6 +174,8 @@ def _filter(scene, depsgraph, node, given, engine, seconds):
         width, height, threads=preferences.threads(), **params,
         **seen.data.rack_focus.light_keywords(),
     )  # fmt: skip
+    if scene.render.film_transparent:
+        engine._note(scene, halos.why_wrong(tapped.colour, used, made, params))
     picture = np.empty((height, width, 4), np.float32)
     made.process(tapped.colour, used, picture, engine._report)
     coc = np.zeros((height, width, 1), np.float32)

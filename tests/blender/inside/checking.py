@@ -12,6 +12,7 @@ from pathlib import Path
 
 import bpy
 import common
+from common import addon, render, result, rgba
 
 DIST, OUT = (Path(a) for a in sys.argv[sys.argv.index("--") + 1 :][:2])
 BASE = OUT / "base.blend"
@@ -36,6 +37,29 @@ class Checks(dict):
 
         self[function.__name__] = run
         return function
+
+
+def shot(scene, name):
+    """(height, width, 4) of a render."""
+    return rgba(render(scene, OUT / name))
+
+
+def update():
+    """What Blender does between the steps of a user."""
+    bpy.context.view_layer.update()
+
+
+def tree_with_output(scene):
+    """(tree, a Render Layers node, the socket of the picture) of a scene."""
+    tree, _ = addon("compat").start_compositor(scene)
+    layers = next(n for n in tree.nodes if n.type == "R_LAYERS")
+    return tree, layers, addon("compat").output_socket(tree)
+
+
+def refocused(scene, name):
+    """The picture after a refocus."""
+    assert bpy.ops.rack_focus.refocus() == {"FINISHED"}
+    return result(scene, OUT / name)
 
 
 def run(checks, name, finish=lambda report: None):

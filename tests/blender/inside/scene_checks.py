@@ -1,0 +1,381 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Checks of what scenes of others do that a filter behind the render does not see.
+
+scene_checks.py DIST OUT [CHECK ...]    writes OUT/scene_results.json
+"""
+
+import contextlib
+import io
+import sys
+from pathlib import Path
+
+import bpy
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).parent))
+import checking  # noqa: E402
+import common  # noqa: E402
+from checking import (  # noqa: E402
+    OUT,
+    Checks,
+    refocused,
+    shot,
+    tree_with_output,
+    update,
+)
+from common import addon, last_message, rgba, same, start, tpsnr  # noqa: E402
+
+check = Checks()
+
+# ---- nodes ------------------------------------------------------------------------
+
+
+@check
+def nodes_that_show_no_picture():
+    """A composite of the depth, of another scene, of no render: box and console say so."""
+    for name in ("depth", "scene", "colour"):
+        bpy.ops.wm.open_mainfile(filepath=str(checking.BASE))
+        scene = bpy.context.scene
+        tree, layers, output = tree_with_output(scene)
+        if name == "depth":
+            scene.view_layers[0].use_pass_z = True
+            tree.links.new(layers.outputs["Depth"], output)
+        elif name == "scene":
+            layers.scene = other = bpy.data.scenes.new("Other")
+            other.camera = bpy.data.objects.new("Other", scene.camera.data.copy())
+            common.set_up_cycles(other)
+        else:
+            colour = tree.nodes.new("CompositorNodeRGB")
+            tree.links.new(colour.outputs[0], output)
+        plain = shot(scene, "nothing0.exr")
+        start()
+        said = io.StringIO()
+        with contextlib.redirect_stderr(said):
+            same(shot(scene, "nothing1.exr"), plain)
+        said = said.getvalue()
+        assert "show nothing of the Rack Focus node" in said, (name, said)
+        assert "press F12" not in said and not last_message(scene), said
+        assert addon("unblurred").describe(scene)
+        ours = addon("setup").filter_scene_of(scene)
+        node = next(n for n in tree.nodes if getattr(n, "scene", None) == ours)
+        tree.links.new(node.outputs["Image"], output)
+        assert not addon("unblurred").describe(scene)
+        assert not np.array_equal(shot(scene, "nothing2.exr"), plain)
+        assert not last_message(scene), last_message(scene)
+
+
+@check
+def an_output_that_is_no_colour():
+    """5.x shows the plain render then, and crashed with several views: it is said."""
+    if not addon("compat").HAS_NODE_GROUPS:
+        return
+    scene = bpy.context.scene
+    tree, layers, output = tree_with_output(scene)
+    interface = tree.interface
+    number = interface.new_socket(
+        "Number", in_out="OUTPUT", socket_type="NodeSocketFloat"
+    )
+    interface.move(number, 0)
+    scene.camera.data.dof.use_dof = True
+    plain = shot(scene, "number0.exr")
+    scene, data = start()
+    said = io.StringIO()
+    with contextlib.redirect_stderr(said):
+        same(shot(scene, "number1.exr"), plain)
+    assert "first output is no colour" in said.getvalue(), said.getvalue()
+    data.rack_focus.views = 3
+    same(shot(scene, "number2.exr"), plain)
+    interface.move(number, len(interface.items_tree))
+    assert not addon("setup").why_not(scene)
+    assert not np.array_equal(shot(scene, "number3.exr"), plain)
+
+
+@check
+def the_active_one_of_two_outputs():
+    """5.x: what Blender shows is filtered."""
+    if not addon("compat").HAS_NODE_GROUPS:
+        return
+    scene = bpy.context.scene
+    tree, layers, output = tree_with_output(scene)
+    other = tree.nodes.new("NodeGroupOutput")
+    other.is_active_output = True
+    assert addon("compat").output_socket(tree) == other.inputs[0]
+    tree.nodes.remove(layers)
+    sharp = shot(scene, "active0.exr")
+    start()
+    assert other.inputs[0].is_linked and not output.is_linked
+    assert not np.array_equal(shot(scene, "active1.exr"), sharp)
+
+
+@check
+def a_defocus_node_of_the_artists():
+    """Files for its depth of field have one, which would blur the picture once more."""
+    scene = bpy.context.scene
+    tree, layers, output = tree_with_output(scene)
+    node = tree.nodes.new("CompositorNodeDefocus")
+    describe = addon("unblurred").describe
+    tree.links.new(layers.outputs["Image"], node.inputs[0])
+    start()
+    update()
+    assert not describe(scene)  # it leads nowhere
+    tree.links.new(node.outputs[0], output)
+    assert not describe(scene)[1:] and node.name in describe(scene)[0], describe(scene)
+    said = io.StringIO()
+    with contextlib.redirect_stderr(said):
+        shot(scene, "defocus.exr")
+    assert "once more: mute it" in said.getvalue(), said.getvalue()
+    node.mute = True
+    assert not describe(scene)
+
+
+# ---- holes and halos -----------------------------------------------------------
+
+
+def hold_out_an_object(cubes):
+    """Object Properties > Visibility > Holdout."""
+    for cube in cubes:
+        cube.is_holdout = True
+
+
+def hold_out_a_collection(cubes):
+    """A collection's Holdout in the view layer."""
+    found = bpy.data.collections.new("Held")
+    scene = bpy.context.scene
+    scene.collection.children.link(found)
+    for cube in cubes:
+        scene.collection.objects.unlink(cube)
+        found.objects.link(cube)
+    bpy.context.view_layer.layer_collection.children["Held"].holdout = True
+
+
+def hold_out_a_material(cubes):
+    """A Holdout shader."""
+    for cube in cubes:
+        tree = cube.data.materials[0].node_tree
+        node = tree.nodes.new("ShaderNodeHoldout")
+        output = next(n for n in tree.nodes if n.type == "OUTPUT_MATERIAL")
+        tree.links.new(node.outputs[0], output.inputs["Surface"])
+
+
+@check
+def holdouts():
+    """Cycles gives them no depth: with one view box and console say what to do."""
+    describe = addon("holdouts").describe
+    for hold_out in (hold_out_an_object, hold_out_a_collection, hold_out_a_material):
+        bpy.ops.wm.open_mainfile(filepath=str(checking.BASE))
+        scene = bpy.context.scene
+        assert not describe(scene, scene.camera)
+        hold_out([o for o in scene.objects if o.type == "MESH"][:8])
+        assert describe(scene, scene.camera), hold_out
+    scene.render.film_transparent = True
+    scene.cycles.samples, scene.camera.data.dof.use_dof = 256, True
+    own = shot(scene, "hole0.exr")
+    scene, data = start()
+    said = io.StringIO()
+    with contextlib.redirect_stderr(said):
+        made = shot(scene, "hole1.exr")
+    assert "take several Views" in said.getvalue(), said.getvalue()
+    data.rack_focus.views = 4
+    assert not describe(scene, scene.camera)
+    assert tpsnr(shot(scene, "hole4.exr"), own) > tpsnr(made, own) + 4
+
+
+@check
+def a_halo_over_a_transparent_film():
+    """Rims without depth before a large far blur: a message, until All is set."""
+    scene = bpy.context.scene
+    scene.render.film_transparent = True
+    scene.cycles.samples = 64
+    scene, data = start()
+    shot(scene, "halo0.exr")
+    assert not last_message(scene), last_message(scene)
+    data.dof.aperture_fstop = 0.05
+    made = {}
+    for choice in ("solid", "all"):
+        data.rack_focus.film_depth = choice
+        made[choice] = shot(scene, "halo1.exr")
+        is_said = "set Film Depth to All" in last_message(scene)
+        assert is_said == (choice == "solid"), (choice, last_message(scene))
+    data.rack_focus.enabled, data.dof.use_dof = False, True
+    update()
+    scene.cycles.samples = 512
+    own = shot(scene, "halo2.exr")
+    scores = {choice: tpsnr(picture, own) for choice, picture in made.items()}
+    assert scores["all"] > scores["solid"], scores
+    print("HALO", scores)
+
+
+# ---- rigid bodies -----------------------------------------------------------------
+
+
+def fall(is_baked):
+    """A rigid body that has fallen away from the camera until frame 15; returns it."""
+    scene = bpy.context.scene
+    bpy.ops.rigidbody.world_add()
+    scene.rigidbody_world.collection = bpy.data.collections.new("Bodies")
+    body = common.emitter("Body", (1, 0.2, 0.1), 0.6, (0.2, 2, -0.3))
+    update()
+    scene.rigidbody_world.collection.objects.link(body)
+    update()
+    scene.gravity = 0, 30, 2
+    scene.frame_end = 30
+    for frame in range(1, 16):
+        scene.frame_set(frame)
+    if is_baked:
+        bpy.ops.ptcache.bake_all(bake=True)
+        scene.frame_set(15)
+    assert body.matrix_world.translation.y > 6
+    return body
+
+
+@check
+def a_focus_object_that_is_a_rigid_body():
+    """The lens is focused where it fell to; the filter scene has it where it started."""
+    body = fall(is_baked=True)
+    scene = bpy.context.scene
+    scene.camera.data.dof.focus_object = body
+    scene.camera.data.dof.use_dof = True
+    scene.cycles.samples = 256
+    own = shot(scene, "body0.exr")
+    scene, data = start()
+    made = shot(scene, "body1.exr")
+    assert tpsnr(made, own) > 32, tpsnr(made, own)  # else 21.7 from 4.2 on
+    same(refocused(scene, "body2.exr"), made)
+    data.rack_focus.views = 4
+    made = shot(scene, "body3.exr")
+    assert tpsnr(made, own) > 32, tpsnr(made, own)
+    assert not last_message(scene), last_message(scene)
+
+
+@check
+def rigid_bodies_that_are_not_baked():
+    """A copy of the scene has them where they started: one view, and a message."""
+    fall(is_baked=False)
+    scene, data = start()
+    one = shot(scene, "bodies1.exr")
+    assert not last_message(scene), last_message(scene)
+    for name, value in (("views", 3), ("supersample", 2)):
+        setattr(data.rack_focus, name, value)
+        same(shot(scene, "bodies2.exr"), one)
+    assert "baked" in addon("finishing").why_not(scene)
+    data.rack_focus.supersample = 1
+    same(shot(scene, "bodies3.exr"), one)
+    assert "are not baked" in last_message(scene), last_message(scene)
+    assert "Bake" in addon("views").describe(data.rack_focus, scene, 3)[-1]
+    bpy.ops.ptcache.bake_all(bake=True)
+    scene.frame_set(15)
+    assert not np.array_equal(shot(scene, "bodies4.exr"), one)
+    assert not last_message(scene), last_message(scene)
+
+
+@check
+def one_view_layer_is_rendered():
+    """The button on a Render Layers node: Blender shows an old picture, or none."""
+    scene, _ = start()
+    said = io.StringIO()
+    with contextlib.redirect_stderr(said):
+        shot(scene, "layer0.exr")
+        bpy.ops.rack_focus.refocus()
+    assert not said.getvalue(), said.getvalue()
+    layer = scene.view_layers[0].name
+    with contextlib.redirect_stderr(said):
+        bpy.ops.render.render(layer=layer, scene=scene.name)
+    assert "Press F12" in said.getvalue() and "Press F12" in last_message(scene)
+    shot(scene, "layer1.exr")
+    assert not last_message(scene), last_message(scene)
+    scene.frame_start = scene.frame_end = scene.frame_current
+    for _ in range(2):  # the second one finds the file, and renders nothing
+        scene.render.filepath, scene.render.use_overwrite = str(OUT / "layer2_"), False
+        bpy.ops.render.render(animation=True)
+        assert not last_message(scene), last_message(scene)
+
+
+@check
+def a_scene_strip():
+    """It is filtered, with objects kept sharp too; for one view it says so."""
+    scene, data = start()
+    edit = bpy.data.scenes.new("Edit")
+    edit.render.resolution_x, edit.render.resolution_y = 72, 48
+    edit.view_settings.view_transform = "Raw"
+    edit.frame_start = edit.frame_end = edit.frame_current = 1
+    edit.sequence_editor_create()
+    strips = edit.sequence_editor
+    strips = strips.strips if hasattr(strips, "strips") else strips.sequences
+    strips.new_scene("Strip", scene, 1, 1)
+    near = min(
+        (o for o in scene.objects if o.type == "MESH"), key=lambda o: o.location.y
+    )
+    data.dof.focus_distance = 8
+    near.rack_focus_keep_sharp = True
+    update()
+    made = shot(edit, "strip1.exr")
+    assert tpsnr(made, shot(scene, "strip2.exr")) > 40
+    assert not last_message(scene), last_message(scene)
+    data.rack_focus.views = 3
+    said = io.StringIO()
+    with contextlib.redirect_stderr(said):
+        shot(edit, "strip3.exr")
+    assert "in one view" in said.getvalue(), said.getvalue()
+
+
+# ---- cameras and frames -----------------------------------------------------------
+
+
+@check
+def what_is_bound_to_a_marker_is_no_camera():
+    """Blender renders through a lamp too: plain, and the other frames are filtered.
+
+    Not an empty: with that 5.2 crashes by itself.
+    """
+    scene = bpy.context.scene
+    lamp = bpy.data.objects.new("Lamp", bpy.data.lights.new("Lamp", "POINT"))
+    scene.collection.objects.link(lamp)
+    lamp.matrix_world = scene.camera.matrix_world
+    for frame, seen in ((1, scene.camera), (5, lamp)):
+        scene.timeline_markers.new("marker", frame=frame).camera = seen
+    scene.frame_set(5)
+    assert scene.camera == lamp
+    plain = shot(scene, "lamp0.exr")
+    scene.frame_set(1)
+    scene, data = start()
+    first = shot(scene, "lamp1.exr")
+    scene.frame_set(5)
+    assert not bpy.ops.rack_focus.pick_focus.poll()
+    for views in (1, 3):
+        data.rack_focus.views = views
+        said = io.StringIO()
+        with contextlib.redirect_stderr(said):
+            same(shot(scene, "lamp2.exr"), plain)
+        assert not last_message(scene) and not said.getvalue(), said.getvalue()
+    scene.frame_set(1)
+    assert not np.array_equal(shot(scene, "lamp3.exr"), first)  # three views
+    data.rack_focus.views = 1
+    same(shot(scene, "lamp3.exr"), first)
+
+
+@check
+def between_frames():
+    """The lens is that of the subframe; in an animation, which has none, of the frame."""
+    scene, data = start()
+    for frame, distance in ((1, 1.5), (3, 9)):
+        data.dof.focus_distance = distance
+        data.dof.keyframe_insert("focus_distance", frame=frame)
+    render_settings = scene.render
+    scene.frame_set(1)
+    first = shot(scene, "between0.exr")
+    scene.frame_set(1, subframe=0.75)
+    distance = data.dof.focus_distance
+    assert distance > 2
+    made = shot(scene, "between1.exr")
+    same(refocused(scene, "between2.exr"), made)
+    scene.frame_start = scene.frame_end = 1
+    render_settings.filepath = str(OUT / "between3_")
+    bpy.ops.render.render(animation=True)
+    same(rgba(common.read(OUT / "between3_0001")), first)
+    data.animation_data_clear()
+    data.dof.focus_distance = distance
+    scene.frame_set(1)
+    same(shot(scene, "between4.exr"), made)
+
+
+checking.run(check, "scene_results.json")
