@@ -198,12 +198,12 @@ class RackFocusEngine(bpy.types.RenderEngine):
         scene = depsgraph.scene
         try:
             name = depsgraph.view_layer.name
-            is_wanted = source.name in alone | rendering and setup.is_used(source)
+            is_wanted = source.name in alone | rendering
             is_shown = is_wanted or setup.is_shown(source, name)
             if not is_shown or is_called_for_nodes_only(source, name):
                 self._write_nothing(depsgraph)
             else:
-                self._render_views(depsgraph, source, run["seconds"])
+                self._render_shown(depsgraph, source, run["seconds"])
             if depsgraph.view_layer.name == last_layer(scene):
                 nodes.run(source, depsgraph, self, run["seconds"])
         except Exception as problem:
@@ -258,6 +258,15 @@ class RackFocusEngine(bpy.types.RenderEngine):
             seen = own.evaluated_get(depsgraph)
             frames.append(Frame(layer, view.name, view.file_suffix, seen))
         return frames
+
+    def _render_shown(self, depsgraph, source, seconds):
+        """The views; nothing where nodes show none, and Blender renders no scene for them."""
+        try:
+            self._render_views(depsgraph, source, seconds)
+        except passes.PassesError:
+            if setup.is_used(source):
+                raise
+            self._write_nothing(depsgraph)
 
     def _render_views(self, depsgraph, source, seconds):
         started = time.perf_counter()
