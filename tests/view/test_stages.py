@@ -280,3 +280,31 @@ def test_both_eyes_of_a_stereo_pair(view, rackfocus, tmp_path):
     window.key("ctrl+s")
     window.wait_text("said", "--stereo")
     assert "--stereo" in window.copied()
+
+
+def test_the_eyes_are_views_left_and_right(view, rackfocus, tmp_path):
+    """Of a file whose first view is another one."""
+    colours = {
+        "center": (0.1, 0.9, 0.1),
+        "right": (0.2, 0.3, 0.9),
+        "left": (0.9, 0.3, 0.2),
+    }
+    alone = {
+        n: make_layer(tmp_path, f"{n}.exr", 3, c, False) for n, c in colours.items()
+    }
+    channels = {
+        name if view_name == "center" else f"{view_name}.{name}": values
+        for view_name, path in alone.items()
+        for name, values in plainexr.read(path)[0].items()
+    }
+    about = plainexr.read(alone["center"])[1] | {"multiView": list(colours)}
+    lens = {k: v for k, v in about.items() if k.startswith(("rackfocus", "multi"))}
+    three = plainexr.write(tmp_path / "three.exr", channels, lens)
+    window = view("--stereo", three)
+    window.wait_open()
+    for i, name in enumerate(("left", "right")):
+        out = tmp_path / f"eye_{name}.png"
+        rackfocus("filter", alone[name], "-o", out)
+        window.choose("Eyes", i)
+        window.move(20, 20)
+        assert window.sees(read_png(out)), name

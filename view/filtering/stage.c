@@ -6,6 +6,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 
 #include "common/report.h"
 #include "file.h"
@@ -330,15 +331,25 @@ static bool add_other(struct stage *stage, const struct settings *typed,
     return true;
 }
 
-/* The first two views of a multi-view file. */
+static int find_view(const struct image_input *input, const char *name)
+{
+    for (int i = 0; i < image_view_count(input); i++)
+        if (strcasecmp(image_view_name(input, i), name) == 0)
+            return i;
+    return -1;
+}
+
+/* The views "left" and "right" of a multi-view file; without them its first two. */
 static bool list_eyes(const char *path, char names[2][64], struct image_error *error)
 {
     struct image_input *input;
     if (!image_open(&input, path, error))
         return false;
     const int n = image_view_count(input);
+    const int found[2] = {find_view(input, "left"), find_view(input, "right")};
+    const bool has_names = found[0] >= 0 && found[1] >= 0;
     for (int i = 0; i < 2 && n >= 2; i++)
-        snprintf(names[i], 64, "%s", image_view_name(input, i));
+        snprintf(names[i], 64, "%s", image_view_name(input, has_names ? found[i] : i));
     image_close(input);
     return n >= 2 || set_error(error,
                                "%s: holds one view; --stereo takes a file of two, or "
