@@ -126,6 +126,10 @@ void povray_close(struct povray_scene *scene);
 /* A sentence that the user should read before the render, or "". */
 const char *povray_remark(const struct povray_scene *scene);
 
+/* Does the scene read the time (now)? All its renders find the same, those of another
+ * opened scene a later one. */
+bool povray_reads_time(const struct povray_scene *scene);
+
 /* What POV-Ray itself makes of the scene's lens, where that is another picture than ours,
  * with the ways out; else "". */
 const char *povray_lens_remark(const struct povray_camera *camera);

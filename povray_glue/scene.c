@@ -91,6 +91,11 @@ const char *povray_remark(const struct povray_scene *scene)
     return "";
 }
 
+bool povray_reads_time(const struct povray_scene *scene)
+{
+    return scene->sources.has_now;
+}
+
 void povray_close(struct povray_scene *scene)
 {
     if (!scene)

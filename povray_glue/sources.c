@@ -6,12 +6,17 @@
 #include <string.h>
 #include <strings.h>
 
+#include "clock.h"
 #include "ini.h"
 #include "path.h"
 
 #define MAX_SOURCES 400
 /* Private copies are called by their mode and number. */
 #define MODE_LETTERS "rplhtd"
+
+/* From 1970 to 2000, whence POV-Ray's `now` counts. */
+#define S_TO_2000 946684800.0
+#define DAY_S 86400.0
 
 /* The list owns the name, which may be NULL where memory was missing. */
 static void add_name(char ***names, int *n, char *name)
@@ -120,6 +125,7 @@ static void note_words(struct sources *sources, const struct tokens *tokens)
         sources->has_photons |= token_is_word(tokens, i, "photons");
         sources->has_media |= token_is_word(tokens, i, "media");
         sources->has_clear |= is_of_clear(tokens, i);
+        sources->has_now |= token_is_word(tokens, i, "now");
         sources->writes_files |= token_is_word(tokens, i, "Parse_String");
         if (token_is_directive(tokens, i, "fopen"))
             note_file(sources, tokens, i);
@@ -177,7 +183,8 @@ static int load_file(struct sources *sources, const char *path)
 bool sources_load(struct sources *sources, const char *scene, char *const *args,
                   int n_args, const char *temp_folder)
 {
-    *sources = (struct sources){.temp_folder = temp_folder};
+    *sources = (struct sources){.temp_folder = temp_folder,
+                                .now_days = (os_clock_date_s() - S_TO_2000) / DAY_S};
     collect_folders(sources, scene, args, n_args);
     if (load_file(sources, scene) >= 0)
         return true;
@@ -256,21 +263,30 @@ void sources_set_size(struct sources *sources, int32_t width, int32_t height)
     sources->height = height;
 }
 
-/* Puts numbers in place of image_width and image_height. */
-static void set_sizes(struct text *text, int32_t width, int32_t height)
+/* Puts numbers in place of image_width, image_height and now. */
+static void set_numbers(struct text *text, const struct sources *sources)
 {
+    const bool has_size = sources->width > 0 && sources->mode != REWRITE_RECORD;
+    const struct {
+        const char *word;
+        double number;
+        bool is_known;
+    } numbers[] = {{"image_width", sources->width, has_size},
+                   {"image_height", sources->height, has_size},
+                   {"now", sources->now_days, true}};
     struct tokens tokens;
     struct text out = {0};
     size_t copied = 0;
     text_add(text, "", 0);
     tokens_scan(&tokens, text->data, text->n);
     for (int i = 0; i < tokens.n; i++) {
-        const bool is_width = token_is_word(&tokens, i, "image_width");
-        if (!is_width && !token_is_word(&tokens, i, "image_height"))
-            continue;
-        text_add(&out, text->data + copied, tokens.items[i].begin - copied);
-        text_addf(&out, "%d", is_width ? width : height);
-        copied = tokens.items[i].end;
+        for (size_t k = 0; k < sizeof numbers / sizeof *numbers; k++) {
+            if (!numbers[k].is_known || !token_is_word(&tokens, i, numbers[k].word))
+                continue;
+            text_add(&out, text->data + copied, tokens.items[i].begin - copied);
+            text_addf(&out, "%.15g", numbers[k].number);
+            copied = tokens.items[i].end;
+        }
     }
     if (text->data)
         text_add(&out, text->data + copied, text->n - copied);
@@ -290,8 +306,7 @@ static bool write_copy(struct sources *sources, int k, const char *path,
                           .n_computed = sources->n_computed};
     struct text text = {0};
     rewrite_file(&text, &sources->items[k].tokens, sources->items[k].content.n, &how);
-    if (sources->width > 0 && sources->mode != REWRITE_RECORD)
-        set_sizes(&text, sources->width, sources->height);
+    set_numbers(&text, sources);
     text_addf(&text, "%s", tail);
     bool is_written = text_write_file(&text, path);
     text_free(&text);

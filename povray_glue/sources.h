@@ -27,11 +27,13 @@ struct sources {
     char **computed; /* names that computed #includes came to, of files with copies */
     int n_computed;
     int32_t width, height;   /* 0: as POV-Ray has them */
+    double now_days;         /* what `now` is in all copies: days since 2000, UTC */
     const char *temp_folder; /* with its slash */
     enum rewrite_mode mode;  /* of the copies being made */
     /* Words found anywhere in the scene's own files. */
     bool has_fog, has_radiosity, has_photons, has_media;
     bool has_clear;        /* something may let light through */
+    bool has_now;          /* the scene reads the time */
     bool writes_files;     /* each run needs a folder of its own to write to */
     bool writes_elsewhere; /* where no such folder helps: runs must not overlap */
     char **written;        /* names of files that #fopen writes or appends to */

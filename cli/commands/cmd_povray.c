@@ -216,11 +216,25 @@ static bool find_views(struct povray_job *job)
     return true;
 }
 
+/* Views of other runs that read another time may show another scene. */
+static bool check_time(struct povray_job *job, struct povray_error *error)
+{
+    bool is_mixed = false;
+    for (int i = 0; i < job->tool->n_views; i++)
+        is_mixed |= job->has_view[i];
+    return !is_mixed || !povray_reads_time(job->scene) ||
+           warn_scene(job,
+                      "the scene reads the time (now), so that views of several runs "
+                      "may differ; render all of them in one run",
+                      error);
+}
+
 static bool render_views(struct povray_job *job, struct povray_error *error)
 {
-    double total_s;
+    double total_s = 0;
     job->view_started_s = os_clock_s();
-    const bool is_good = povray_files_views(job->scene, job->tool->n_views,
+    const bool is_good = check_time(job, error) &&
+                         povray_files_views(job->scene, job->tool->n_views,
                                             receive_view, job, &total_s, error);
     if (is_good && job->passes.supersample == 0)
         povray_describe(job->scene, &job->passes);
