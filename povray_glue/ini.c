@@ -58,6 +58,25 @@ const char *ini_value(const char *option, const char *name, const char *letters)
     return NULL;
 }
 
+bool ini_is_on(const char *option, const char *value)
+{
+    static const char *const words[] = {"off", "no", "false", "0"};
+    if (option[0] == '+' || option[0] == '-')
+        return option[0] == '+';
+    for (size_t i = 0; i < sizeof words / sizeof *words; i++)
+        if (strcasecmp(value, words[i]) == 0)
+            return false;
+    return true;
+}
+
+char *ini_unquoted(const char *value)
+{
+    size_t n = strlen(value);
+    const bool is_quoted =
+        n >= 2 && (value[0] == '"' || value[0] == '\'') && value[n - 1] == value[0];
+    return text_format("%.*s", (int)(n - 2 * is_quoted), value + is_quoted);
+}
+
 static void take_option(struct walk *walk, const char *option, const char *file)
 {
     walk->receive(walk->user, option, file);

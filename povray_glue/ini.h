@@ -22,6 +22,12 @@ void ini_walk(char *const *args, int n_args, ini_option_fn receive, void *user);
  * another. */
 const char *ini_value(const char *option, const char *name, const char *letters);
 
+/* Does the option with this value, of ini_value, turn something on? */
+bool ini_is_on(const char *option, const char *value);
+
+/* A name in quotes or not, without them; the caller frees. NULL without memory. */
+char *ini_unquoted(const char *value);
+
 /* Does the name end with .ini? */
 bool ini_is_name(const char *name);
 

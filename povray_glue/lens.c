@@ -179,7 +179,8 @@ static bool start_view(struct lens_work *work, struct lens_job *job, int i,
                                         .tail = tail.data,
                                         .before =
                                             lens->before ? lens->before : MEAN_OPTIONS,
-                                        .is_picture = true};
+                                        .is_picture = true,
+                                        .light = SCENE_LIGHT_READ};
     bool is_started = scene_start_render(scene, &job->colour, &render, error);
     free(name);
     text_free(&tail);

@@ -58,7 +58,8 @@ static bool start_colour(struct povray_scene *scene, const struct shot *shot,
         .tail = tail.data,
         .before = scene->supersample > 1 ? SAMPLES_OPTIONS : options,
         .after = after,
-        .is_picture = true};
+        .is_picture = true,
+        .light = shot->view < 0 ? SCENE_LIGHT_KEPT : SCENE_LIGHT_READ};
     bool is_started = scene_start_render(scene, run, &render, error);
     free(name);
     free(after);
@@ -316,8 +317,10 @@ bool povray_render_reference(struct povray_scene *scene,
     }
     text_addf(&tail, "\n");
     camera_write(&tail, &passes->camera, n_samples);
-    const struct scene_render render = {
-        .name = "reference", .mode = REWRITE_PINHOLE, .tail = tail.data};
+    const struct scene_render render = {.name = "reference",
+                                        .mode = REWRITE_PINHOLE,
+                                        .tail = tail.data,
+                                        .light = SCENE_LIGHT_READ};
     bool is_good = scene_start_render(scene, &run, &render, error) &&
                    run_wait(list, 1, &scene->options, error) &&
                    scene_read(scene, &run, &picture, error) &&

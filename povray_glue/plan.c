@@ -19,15 +19,6 @@ struct found {
     char *part; /* an option that asks for a part of the picture */
 };
 
-/* A name in quotes or not; NULL without memory. */
-static char *unquoted(const char *value)
-{
-    size_t n = strlen(value);
-    const bool is_quoted =
-        n >= 2 && (value[0] == '"' || value[0] == '\'') && value[n - 1] == value[0];
-    return text_format("%.*s", (int)(n - 2 * is_quoted), value + is_quoted);
-}
-
 static bool is_scene_name(const char *option)
 {
     size_t n = strlen(option);
@@ -52,15 +43,6 @@ static bool is_partial(const char *option)
     return false;
 }
 
-static bool is_off(const char *value)
-{
-    static const char *const words[] = {"off", "no", "false", "0"};
-    for (size_t i = 0; i < sizeof words / sizeof *words; i++)
-        if (strcasecmp(value, words[i]) == 0)
-            return true;
-    return false;
-}
-
 /* The last switch counts; a threshold or a method says how, which is a wish, too. */
 static void note_antialiasing(struct found *found, const char *option)
 {
@@ -68,9 +50,8 @@ static void note_antialiasing(struct found *found, const char *option)
     const bool is_letter = option[0] == '+' || option[0] == '-';
     const bool is_switch = value && (!is_letter || !isalpha((unsigned char)*value));
     if (is_switch)
-        found->antialiasing = (is_letter ? option[0] == '-' : is_off(value))
-                                  ? ANTIALIASING_OFF
-                                  : ANTIALIASING_ON;
+        found->antialiasing =
+            ini_is_on(option, value) ? ANTIALIASING_ON : ANTIALIASING_OFF;
     else if (found->antialiasing == ANTIALIASING_UNSAID &&
              (value || ini_value(option, "Antialias_Threshold", "")))
         found->antialiasing = ANTIALIASING_ON;
@@ -104,7 +85,7 @@ static void note_option(void *user, const char *option, const char *file)
         scene = option;
     if (scene && *scene) {
         free(found->scene);
-        found->scene = unquoted(scene);
+        found->scene = ini_unquoted(scene);
     }
 }
 

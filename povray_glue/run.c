@@ -329,7 +329,7 @@ bool run_has_ended(struct run *run)
     if (run->process.id == 0)
         return true;
     if (!os_process_has_ended(&run->process)) {
-        if (!is_picture_complete(run))
+        if (run->ends_itself || !is_picture_complete(run))
             return false;
         run->has_picture = true;
         os_process_end(&run->process);

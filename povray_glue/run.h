@@ -13,6 +13,7 @@ struct run {
     char *folder; /* private, with its slash */
     double started_s, ended_s;
     bool has_picture; /* the picture was complete before the process ended */
+    bool ends_itself; /* it writes other files behind its picture */
     bool is_writing;  /* what the scene writes in the run's sandbox is for the user */
 };
 

@@ -270,13 +270,26 @@ bool scene_wait(const struct povray_scene *scene, struct run *const *runs, int n
     return run_wait(runs, n, &options, error);
 }
 
+/* The options that win in a render; the caller frees. */
+static char *last_words(const struct povray_scene *scene,
+                        const struct scene_render *render)
+{
+    static const char *const light[] = {
+        [SCENE_LIGHT_NONE] = "Radiosity_From_File=off Radiosity_To_File=off",
+        [SCENE_LIGHT_READ] = "Radiosity_To_File=off",
+        [SCENE_LIGHT_KEPT] = ""};
+    const char *header = sources_header(&scene->sources, render->mode);
+    return text_format("%s %s %s %s%s", or_nothing(render->after), scene->clock_words,
+                       light[render->light], header ? "+HI" : "", or_nothing(header));
+}
+
 bool scene_start_run(struct povray_scene *scene, struct run *run, const char *file,
                      const struct scene_render *render, struct povray_error *error)
 {
     const struct sources *sources = &scene->sources;
     const struct run_sandbox sandbox = {sources->folders, sources->n_folders,
                                         scene->copies};
-    char *words = text_format("%s %s", or_nothing(render->after), scene->clock_words);
+    char *words = last_words(scene, render);
     const bool is_writing = render->is_picture && !scene->has_written;
     /* Names in other folders lead out of a sandbox, or nowhere. */
     const bool is_boxed =
@@ -291,6 +304,7 @@ bool scene_start_run(struct povray_scene *scene, struct run *run, const char *fi
     bool is_started = words && file && render->name && run_start(run, &request, error);
     free(words);
     run->is_writing = is_writing && is_boxed;
+    run->ends_itself = sources->keeps_light && render->light == SCENE_LIGHT_KEPT;
     scene->has_written |= is_writing && !is_boxed;
     /* Two runs that write the same file would read each other's halves. */
     if (is_started && sources->writes_elsewhere)

@@ -98,6 +98,10 @@ bool scene_same_size(const struct povray_scene *scene,
 /* The camera of the items, with the user's lens in place of the scene's. */
 bool scene_choose_camera(struct povray_scene *scene, struct povray_error *error);
 
+/* What a render does with the file of radiosity's light that options name (+RF). Renders
+ * at once, and of a scene with our fogs in it, would spoil it for all that read it. */
+enum scene_light { SCENE_LIGHT_NONE, SCENE_LIGHT_READ, SCENE_LIGHT_KEPT };
+
 /* A render of a copy of the scene. Texts may be NULL. */
 struct scene_render {
     const char *name; /* of its folder in the scene's own */
@@ -105,6 +109,7 @@ struct scene_render {
     const char *head, *tail;    /* around the scene; the head goes behind a #version */
     const char *before, *after; /* POV-Ray's options before the user's, and after */
     bool is_picture; /* what the user asked for: the first writes the scene's files */
+    enum scene_light light;
 };
 
 bool scene_start_render(struct povray_scene *scene, struct run *run,

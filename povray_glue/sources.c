@@ -13,7 +13,6 @@
 #define MAX_SOURCES 400
 /* Private copies are called by their mode and number. */
 #define MODE_LETTERS "rplhtd"
-
 /* From 1970 to 2000, whence POV-Ray's `now` counts. */
 #define S_TO_2000 946684800.0
 #define DAY_S 86400.0
@@ -42,23 +41,42 @@ static void add_folder(struct sources *sources, const char *folder, size_t n)
              text_format("%.*s%s", (int)n, folder, slash));
 }
 
-static void note_folder(void *user, const char *option, const char *file)
+/* What options say of the scene's files. */
+struct noted {
+    struct sources *sources;
+    char *header;
+};
+
+static void note_option(void *user, const char *option, const char *file)
 {
+    struct noted *noted = user;
     const char *folder = ini_value(option, "Library_Path", "L");
+    const char *header = ini_value(option, "Include_Header", "HI");
+    const char *light = ini_value(option, "Radiosity_To_File", "RFO");
     (void)file;
     if (folder && *folder)
-        add_folder(user, folder, strlen(folder));
+        add_folder(noted->sources, folder, strlen(folder));
+    if (header) {
+        free(noted->header);
+        noted->header = ini_unquoted(header);
+    }
+    if (light)
+        noted->sources->keeps_light = ini_is_on(option, light);
 }
 
-static void collect_folders(struct sources *sources, const char *scene,
-                            char *const *args, int n_args)
+/* Notes the options; returns the name of the header that they want before the scene, NULL
+ * for none. The caller frees. */
+static char *note_options(struct sources *sources, const char *scene, char *const *args,
+                          int n_args)
 {
+    struct noted noted = {.sources = sources};
     add_folder(sources, "", 0);
-    ini_walk(args, n_args, note_folder, sources);
+    ini_walk(args, n_args, note_option, &noted);
     char *folder = path_folder(scene);
     if (folder)
         add_folder(sources, folder, strlen(folder));
     free(folder);
+    return noted.header;
 }
 
 char *sources_find(const struct sources *sources, const char *name)
@@ -180,18 +198,29 @@ static int load_file(struct sources *sources, const char *path)
     return k;
 }
 
+static void load_header(struct sources *sources, const char *name)
+{
+    char *path = name && *name ? sources_find(sources, name) : NULL;
+    const int k = path ? load_file(sources, path) : -1;
+    sources->header = k > 0 ? k : 0;
+    free(path);
+}
+
 bool sources_load(struct sources *sources, const char *scene, char *const *args,
                   int n_args, const char *temp_folder)
 {
     *sources = (struct sources){.temp_folder = temp_folder,
                                 .now_days = (os_clock_date_s() - S_TO_2000) / DAY_S};
-    collect_folders(sources, scene, args, n_args);
-    if (load_file(sources, scene) >= 0)
-        return true;
+    char *header = note_options(sources, scene, args, n_args);
+    const bool is_loaded = load_file(sources, scene) >= 0;
     int code = errno;
-    sources_free(sources);
+    if (is_loaded)
+        load_header(sources, header);
+    else
+        sources_free(sources);
+    free(header);
     errno = code;
-    return false;
+    return is_loaded;
 }
 
 /* Is the name new among the computed ones? It is then kept. */
@@ -336,6 +365,11 @@ bool sources_write(struct sources *sources, enum rewrite_mode mode, const char *
     bool is_written = write_copy(sources, 0, path, head, tail);
     free(path);
     return is_written;
+}
+
+const char *sources_header(const struct sources *sources, enum rewrite_mode mode)
+{
+    return sources->header > 0 ? sources->items[sources->header].copy[mode] : NULL;
 }
 
 /* Index of the file whose private copy is called `name` (without folder), or -1. */

@@ -24,6 +24,7 @@ struct sources {
     int n;
     char **folders; /* where includes are looked for, in order; "" is the current one */
     int n_folders;
+    int header;      /* of options (Include_Header), index of items; 0: none */
     char **computed; /* names that computed #includes came to, of files with copies */
     int n_computed;
     int32_t width, height;   /* 0: as POV-Ray has them */
@@ -34,6 +35,7 @@ struct sources {
     bool has_fog, has_radiosity, has_photons, has_media;
     bool has_clear;        /* something may let light through */
     bool has_now;          /* the scene reads the time */
+    bool keeps_light;      /* options want a file of radiosity's light written */
     bool writes_files;     /* each run needs a folder of its own to write to */
     bool writes_elsewhere; /* where no such folder helps: runs must not overlap */
     char **written;        /* names of files that #fopen writes or appends to */
@@ -67,6 +69,9 @@ void sources_set_size(struct sources *sources, int32_t width, int32_t height);
  */
 bool sources_write(struct sources *sources, enum rewrite_mode mode, const char *name,
                    const char *head, const char *tail);
+
+/* The copy of the options' header as it was written last; NULL where it has none. */
+const char *sources_header(const struct sources *sources, enum rewrite_mode mode);
 
 /* Gives private names in a message of POV-Ray back their own; the caller frees. */
 char *sources_original_names(const struct sources *sources, const char *message);

@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""All renders of a picture are of the same scene: its time."""
+"""All renders of a picture are of the same scene: time, header and kept light."""
+
+import subprocess
 
 import numpy
 from conftest import SIZE, read_exr
@@ -10,6 +12,22 @@ global_settings { assumed_gamma 1.0 }
 camera { location <0, 0, -5> look_at 0 aperture 0.2 focal_point 0 }
 #declare R = seed(mod(now, 1) * 86400000);
 sphere { <3 * rand(R) - 1.5, 2 * rand(R) - 1, 0>, 0.4 pigment { rgb 1 } finish { ambient 1 } }
+"""
+#: Items of a header; a scene with fog has its depth by more renders.
+CAMERA = "camera { location <0, 1, -5> look_at <0, 1, 0> aperture 0.4 focal_point y }\n"
+REST = """#version 3.7;
+global_settings { assumed_gamma 1.0 }
+sphere { <0, 1, 0>, 1 pigment { checker rgb 1 rgb 0.2 scale 0.2 } }
+plane { y, 0 pigment { checker rgb 0.9 rgb 0.3 } }
+light_source { <3, 9, -7> rgb 1 }
+"""
+FOG = "fog { fog_type 1 distance 12 color rgb <0.4, 0.5, 0.6> }\n"
+LIT = """#version 3.7;
+global_settings { assumed_gamma 1.0 radiosity { count 20 error_bound 0.8 } }
+camera { location <0, 1.5, -6> look_at <0, 1, 0> aperture 0.4 focal_point <0, 1, 0> }
+sky_sphere { pigment { rgb 1 } }
+sphere { <0, 1, 0>, 1 pigment { rgb <0.8, 0.3, 0.2> } }
+plane { y, 0 pigment { rgb 0.7 } }
 """
 
 
@@ -31,3 +49,48 @@ def test_views_of_several_runs_and_the_time(rackfocus, tmp_path):
     assert "time" not in done.stderr
     done = rackfocus(*views, "--anew", "--only-views", "0", "--", *SIZE, cwd=tmp_path)
     assert "reads the time (now)" in done.stderr
+
+
+def test_a_header_before_the_scene(rackfocus, tmp_path):
+    """As if its lines stood in the scene: its camera is found, and its fog."""
+    (tmp_path / "whole.pov").write_text(REST + CAMERA + FOG)
+    (tmp_path / "rest.pov").write_text(REST)
+    (tmp_path / "the head.inc").write_text(CAMERA + FOG)
+    rackfocus("povray", "whole.pov", "-o", "whole.exr", "--", *SIZE, cwd=tmp_path)
+    rackfocus("povray", "rest.pov", "-o", "rest.exr", "--", *SIZE,
+              'Include_Header="the head.inc"', cwd=tmp_path)  # fmt: skip
+    whole, rest = (read_exr(tmp_path / f"{name}.exr") for name in ("whole", "rest"))
+    assert all(numpy.abs(whole[c] - rest[c]).max() < 2e-3 for c in "RGB")
+
+
+def keep_light(folder, name):
+    return ["Radiosity_To_File=on", "Radiosity_From_File=on",
+            f"Radiosity_File_Name={folder / name}"]  # fmt: skip
+
+
+def test_the_kept_light_of_radiosity(rackfocus, tmp_path):
+    """It is the colour's, whole, and what is rendered with it is lit as without."""
+    (tmp_path / "s.pov").write_text(LIT)
+    picture = ["povray", "s.pov", "-o", "o.exr"]
+    options = keep_light(tmp_path, "light.rad")
+    rackfocus(*picture, "--", *SIZE, cwd=tmp_path)
+    plain = read_exr(tmp_path / "o.exr")
+    for _ in range(2):
+        rackfocus(*picture, "--", *SIZE, *options, cwd=tmp_path)
+        lit = read_exr(tmp_path / "o.exr")
+        assert all(numpy.abs(plain[c] - lit[c]).mean() < 0.02 for c in "RGB")
+    kept = (tmp_path / "light.rad").read_bytes()
+    assert kept.endswith(b"\n") and len(kept) > 4096
+    subprocess.run(
+        ["povray", "+Is.pov", "+Opov.exr", "+FE", "-D", *SIZE, *options[1:]],
+        cwd=tmp_path, check=True, capture_output=True
+    )  # fmt: skip
+    itself = read_exr(tmp_path / "pov.exr")
+    assert all(abs(plain[c].mean() - itself[c].mean()) < 0.02 for c in "RGB")
+
+
+def test_views_do_not_write_the_light_at_once(rackfocus, tmp_path):
+    (tmp_path / "s.pov").write_text(LIT)
+    rackfocus("povray", "s.pov", "-o", "o.exr", "--views", "2", "--", *SIZE,
+              *keep_light(tmp_path, "light.rad")[::2], cwd=tmp_path)  # fmt: skip
+    assert not (tmp_path / "light.rad").exists()
