@@ -6,7 +6,7 @@ where that stands in its own scene, as the last render or the refocus found it.
 A copy of the scene has those that are baked; others stand there where they started.
 """
 
-from . import lens, setup
+from . import camera_objects, lens
 
 _distances = {}  # scene name: {full name of a camera object: scene units}
 
@@ -37,7 +37,7 @@ def measure(scene, depsgraph=None):
     if not are_in(scene):
         return
     found = _distances[scene.name] = {}
-    for camera in setup.cameras_of(scene):
+    for camera in camera_objects.cameras_of(scene):
         seen = camera if depsgraph is None else camera.evaluated_get(depsgraph)
         is_there = depsgraph is None or seen.is_evaluated
         if is_there and seen.data.dof.focus_object is not None:

@@ -17,7 +17,7 @@ from pathlib import Path
 import bpy
 import numpy as np
 
-from . import fog, lens, passes, preferences, setup, supersample
+from . import camera_objects, fog, lens, passes, preferences, supersample
 from .library import rackfocus
 
 # Of builds of blender.org and of PyPI's bpy, from the folder above that of the version.
@@ -210,7 +210,7 @@ def clean(rendered, frame, scene, report):
         return  # is said later
     height, width = found[0][0].depth.shape
     scale = supersample.scale_of((width, height), scene.render)
-    settings = setup.settings_of(frame.camera)
+    settings = camera_objects.settings_of(frame.camera)
     try:
         params = lens.frame_parameters(
             frame.camera, settings, scene.render, (width, height), scale

@@ -11,6 +11,7 @@ import numpy as np
 
 from . import (
     bodies,
+    camera_objects,
     compat,
     denoising,
     exr,
@@ -254,7 +255,7 @@ class RackFocusEngine(bpy.types.RenderEngine):
                 continue
             own = camera
             if not is_stereo:
-                own = setup.view_camera(scene, camera.original, view)
+                own = camera_objects.view_camera(scene, camera.original, view)
             seen = own.evaluated_get(depsgraph)
             frames.append(Frame(layer, view.name, view.file_suffix, seen))
         return frames
@@ -342,7 +343,7 @@ class RackFocusEngine(bpy.types.RenderEngine):
         coc = np.zeros((height, width, 1), np.float32)
         limit_px, depth = None, first.depth
         try:
-            settings = setup.settings_of(frame.camera)
+            settings = camera_objects.settings_of(frame.camera)
             # After the node's button a refocus follows, which filters.
             is_final = bpy.app.background or source.name not in alone
             if settings.enabled and is_final and not self.is_broken:

@@ -7,7 +7,18 @@ mirrors, glass, smoke and motion blur come out as the renderer sees them. What w
 rendered is kept for as long as camera and frame are the same.
 """
 
-from . import bodies, denoising, group, lens, look, passes, props, setup, sharp
+from . import (
+    bodies,
+    camera_objects,
+    denoising,
+    group,
+    lens,
+    look,
+    passes,
+    props,
+    setup,
+    sharp,
+)
 from .library import rackfocus
 from .writing import set_if_other
 
@@ -25,7 +36,7 @@ class FinishError(denoising.DenoiserError):
 
 def why_not(scene):
     """Why a scene cannot be finished, or "": for the box and the operator."""
-    camera = setup.camera_of(scene)
+    camera = camera_objects.camera_of(scene)
     if camera is None or not camera.data.rack_focus.enabled:
         return "Rack Focus is not ticked for the scene's camera"
     if scene.render.use_multiview:

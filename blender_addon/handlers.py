@@ -13,6 +13,7 @@ from bpy.app.handlers import persistent
 
 from . import (
     bodies,
+    camera_objects,
     driven,
     engine,
     failures,
@@ -176,7 +177,7 @@ def on_frame_change_post(scene, depsgraph=None):
     if is_filtered and (is_copy or setup.is_composited(source, engine.rendering)):
         are_open = scene.rack_focus.is_own_lens
         write(setup.open_lenses, source, depsgraph, are_open)
-        cameras, ours = setup.cameras_of(source), setup.filter_scene_of(source)
+        cameras, ours = camera_objects.cameras_of(source), setup.filter_scene_of(source)
         write(driven.follow, cameras, depsgraph.scene_eval, ours)
         write(setup.follow_subframe, source, ours)
         bodies.measure(source, depsgraph)

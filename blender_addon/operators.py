@@ -6,6 +6,7 @@ from bpy.props import IntProperty
 
 from . import (
     bodies,
+    camera_objects,
     compat,
     engine,
     exr,
@@ -62,7 +63,7 @@ def keep_passes(scene):
 
     Those of the folder come first where the last render was of another frame.
     """
-    camera = setup.camera_of(scene)
+    camera = camera_objects.camera_of(scene)
     folder = keep.folder_of(camera.data) if camera is not None else None
     frame, now = passes.frame_of(scene), scene.frame_current
     if folder is not None and frame not in (None, now):
@@ -181,7 +182,7 @@ class RACK_FOCUS_OT_add_node(bpy.types.Operator):
     @classmethod
     def poll(cls, context):
         """Needs a camera to read the lens from."""
-        return setup.camera_of(scene_of(context)) is not None
+        return camera_objects.camera_of(scene_of(context)) is not None
 
     def execute(self, context):
         """Sets the scene up, or adds one more node for the active view layer."""
@@ -214,7 +215,7 @@ class RACK_FOCUS_OT_add_picture_node(bpy.types.Operator):
     @classmethod
     def poll(cls, context):
         """Needs a camera to read the lens from."""
-        return setup.camera_of(scene_of(context)) is not None
+        return camera_objects.camera_of(scene_of(context)) is not None
 
     def execute(self, context):
         """Puts it behind the active node."""

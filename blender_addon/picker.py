@@ -4,7 +4,7 @@
 import bpy
 from bpy.props import BoolProperty, FloatProperty, StringProperty
 
-from . import engine, passes, setup
+from . import camera_objects, engine, passes, setup
 from .click import WaitsForClick
 from .operators import scene_of
 
@@ -64,7 +64,7 @@ class RACK_FOCUS_OT_pick_focus(WaitsForClick, bpy.types.Operator):
     @classmethod
     def poll(cls, context):
         """Needs a camera."""
-        return setup.camera_of(scene_of(context)) is not None
+        return camera_objects.camera_of(scene_of(context)) is not None
 
     def execute(self, context):
         """Focuses on the object, or on what lies at (x, y)."""

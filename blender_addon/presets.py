@@ -8,7 +8,7 @@ from bl_operators.presets import AddPresetBase
 from bl_ui.utils import PresetPanel
 from bpy.props import StringProperty
 
-from . import props, setup, words
+from . import camera_objects, props, words
 from .library import rackfocus
 
 FOLDER = "rack_focus"  # of the artist's presets
@@ -147,7 +147,7 @@ class RACK_FOCUS_OT_look(bpy.types.Operator):
 def camera_of(context):
     """The camera of the Properties editor, else the scene's."""
     data = getattr(context, "camera", None)
-    camera = setup.camera_of(context.scene)
+    camera = camera_objects.camera_of(context.scene)
     if data is None and camera is not None:
         data = camera.data
     return data

@@ -13,7 +13,7 @@ import functools
 import bpy
 from bpy.props import EnumProperty
 
-from . import failures, group, lens, look, passes, setup
+from . import camera_objects, failures, group, lens, look, passes, setup
 from .library import rackfocus
 from .writing import write
 
@@ -28,7 +28,7 @@ shown = {}  # scene name: what a refocus puts in the picture's place
 
 def key_of(scene):
     """What the picture of a scene depends on, beside the render; None: it has none."""
-    if setup.filter_scene_of(scene) is None or setup.camera_of(scene) is None:
+    if setup.filter_scene_of(scene) is None or camera_objects.camera_of(scene) is None:
         return None
     cameras = [scene.camera]
     cameras += [group.camera_of(scene, node) for node in group.nodes_of(scene)]

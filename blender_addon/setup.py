@@ -8,11 +8,20 @@ scene.rack_focus.filter_scene and .source; what was changed is kept in .record.
 """
 
 import json
-import types
 
 import bpy
 
-from . import asleep, compat, driven, freestyle, group, library, mirrors, sharp
+from . import (
+    asleep,
+    camera_objects,
+    compat,
+    driven,
+    freestyle,
+    group,
+    library,
+    mirrors,
+    sharp,
+)
 from .writing import set_if_other
 
 ENGINE = "RACK_FOCUS"
@@ -39,56 +48,11 @@ def user_scenes():
     return [s for s in scenes if s.library is None]
 
 
-def view_cameras(scene, camera):
-    """The cameras that a multi-view render uses in the place of `camera`."""
-    render = scene.render
-    if not render.use_multiview or render.views_format != "MULTIVIEW":
-        return [camera]
-    return [view_camera(scene, camera, view) for view in render.views if view.use]
-
-
-def view_camera(scene, camera, view):
-    """The camera of a view: same name with the suffix of the view, else `camera`."""
-    for other in scene.render.views:
-        suffix = other.camera_suffix
-        if suffix and camera.name.endswith(suffix):
-            name = camera.name[: -len(suffix)] + view.camera_suffix
-            return bpy.data.objects.get(name, camera)
-    return bpy.data.objects.get(camera.name + view.camera_suffix, camera)
-
-
-def cameras_of(scene):
-    """All camera objects that a render of the scene may look through."""
-    cameras = {scene.camera, *(marker.camera for marker in scene.timeline_markers)}
-    found = set()
-    for camera in cameras:
-        if camera is not None and camera.type == "CAMERA":
-            found.update(view_cameras(scene, camera))
-    return found
-
-
-def camera_of(scene):
-    """The camera object of a scene; None without one, and where it is something else.
-
-    Blender renders through any object that is the scene's camera, or bound to a marker.
-    """
-    camera = scene.camera
-    return camera if camera is not None and camera.type == "CAMERA" else None
-
-
-NO_CAMERA = types.SimpleNamespace(
-    enabled=False, method="layered", views=1, view_samples=0, shutter_spread=False
-)
-
-
-def settings_of(item):
-    """What an object that is rendered through asks for: nothing where it is no camera."""
-    return item.data.rack_focus if item.type == "CAMERA" else NO_CAMERA
-
-
 def is_wanted(scene):
     """Is Rack Focus enabled for a camera of the scene, or has it nodes of ours?"""
-    if any(camera.data.rack_focus.enabled for camera in cameras_of(scene)):
+    if any(
+        camera.data.rack_focus.enabled for camera in camera_objects.cameras_of(scene)
+    ):
         return True
     return any(INSERTED not in node for node in group.nodes_of(scene))
 
@@ -520,7 +484,7 @@ def settle(scene):
 def camera_changed(data):
     """Called when `enabled` of a camera changes."""
     for scene in user_scenes():
-        if any(camera.data == data for camera in cameras_of(scene)):
+        if any(camera.data == data for camera in camera_objects.cameras_of(scene)):
             refresh(scene)
 
 
@@ -677,7 +641,7 @@ def sync(scene):
     _sync_cameras(scene, ours)
     _sync_layers(scene, ours)
     _sync_lenses(scene, ours)
-    driven.follow(cameras_of(scene), scene, ours)
+    driven.follow(camera_objects.cameras_of(scene), scene, ours)
     _need_depth(scene)
     set_if_other(ours.render, "use_compositing", False)
     set_if_other(ours.render, "use_sequencer", False)
@@ -811,7 +775,7 @@ def open_lenses(scene, depsgraph, are_open):
 
     The cameras of the file are not touched: nothing is seen of it, nor saved.
     """
-    for camera in cameras_of(scene):
+    for camera in camera_objects.cameras_of(scene):
         if camera.data.rack_focus.enabled:
             seen = camera.evaluated_get(depsgraph)
             is_seen = seen.is_evaluated and seen.data.is_evaluated

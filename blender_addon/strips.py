@@ -5,7 +5,7 @@ Those of other scenes are filtered. Blender tells nobody that their render begin
 is rendered.
 """
 
-from . import compat, setup
+from . import camera_objects, compat, setup
 
 
 def why_shown(scene):
@@ -34,7 +34,7 @@ def scenes_in(scene):
 
 def why_one_view(scene, shown):
     """What is said of a scene, shown as a strip of another one, that wants more; or ""."""
-    wanted = [c.data.rack_focus for c in setup.cameras_of(shown)]
+    wanted = [c.data.rack_focus for c in camera_objects.cameras_of(shown)]
     if not any(s.enabled and (s.views > 1 or s.supersample > 1) for s in wanted):
         return ""
     return (

@@ -15,7 +15,7 @@ light, so that their order does not matter.
 
 import numpy as np
 
-from . import bodies, freestyle, group, lens, setup
+from . import bodies, camera_objects, freestyle, group, lens, setup
 
 MOST = 4
 LARGEST_PX = 32768  # of a side, for Blender and the filter
@@ -46,7 +46,7 @@ def why_not(scene):
 
 def factor(scene):
     """N of a render of a scene; 1 where it is not supersampled."""
-    settings = [c.data.rack_focus for c in setup.cameras_of(scene)]
+    settings = [c.data.rack_focus for c in camera_objects.cameras_of(scene)]
     asked = max((s.supersample for s in settings if s.enabled), default=1)
     longest = max(lens.picture_size(scene.render))
     return 1 if why_not(scene) else max(min(asked, LARGEST_PX // longest), 1)

@@ -7,6 +7,7 @@ import bpy
 from bpy.props import BoolProperty, IntProperty, StringProperty
 
 from . import (
+    camera_objects,
     denoising,
     finishing,
     group,
@@ -330,7 +331,7 @@ class ObjectPanel(bpy.types.Panel):
         layout.use_property_split = True
         layout.prop(context.object, "rack_focus_keep_sharp")
         scene = scene_of(context)
-        camera = setup.camera_of(scene)
+        camera = camera_objects.camera_of(scene)
         if camera is not None and views.view_count(camera.data.rack_focus) > 1:
             layout.label(text="With one view only", icon="INFO")
 
@@ -354,7 +355,7 @@ class ImagePanel(bpy.types.Panel):
         layout = self.layout
         layout.use_property_split = True
         scene = scene_of(context)
-        if setup.camera_of(scene) is None:
+        if camera_objects.camera_of(scene) is None:
             layout.label(text="The scene has no camera", icon="ERROR")
             return
         draw_focus(layout, scene.camera.data.dof)

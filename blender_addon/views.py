@@ -23,6 +23,7 @@ from mathutils import Matrix, Vector
 
 from . import (
     bodies,
+    camera_objects,
     compat,
     denoising,
     failures,
@@ -199,7 +200,7 @@ def begin(scene, own_samples=0, is_refocus=False):
     if scene.render.use_multiview or group.nodes_of(scene):
         return
     has_lines = freestyle.is_drawn(scene)
-    cameras = [c for c in setup.cameras_of(scene) if c.data.rack_focus.enabled]
+    cameras = [c for c in camera_objects.cameras_of(scene) if c.data.rack_focus.enabled]
     most, scale = max((view_count(c.data.rack_focus) for c in cameras), default=1), 1
     if not is_refocus:
         scale = supersample.factor(scene)
@@ -306,9 +307,9 @@ def _add_cameras(scene, copy, indices):
     base = "Rack Focus"
     while any(o.name.startswith(f"{base}_v") for o in copy.collection.objects):
         base += "+"
-    names, camera = [], setup.camera_of(scene)
+    names, camera = [], camera_objects.camera_of(scene)
     if camera is None:
-        camera = min(setup.cameras_of(scene), key=lambda one: one.name)
+        camera = min(camera_objects.cameras_of(scene), key=lambda one: one.name)
     for index in indices:
         data = camera.data.copy()
         data.animation_data_clear()
@@ -342,7 +343,7 @@ def prepare_frame(scene):
     if session.own_name:
         finishing.prepare_copy(scene, session.own(), session.camera)
     session.places, session.placed = [], set()
-    session.n_views = view_count(setup.settings_of(session.camera))
+    session.n_views = view_count(camera_objects.settings_of(session.camera))
     session.frame_scale, is_noisy = session.scale, session.is_noisy
     # Where bodies are is known only once the scene is evaluated.
     distances = {session.camera.name_full: 1.0} if bodies.are_in(scene) else {}
@@ -383,7 +384,9 @@ def _prepare_copy(session, copy, index):
         layer.use = own.use and is_used
     _split_samples(source, copy, index)
     copy.render.use_multiview = n_cameras > 1 and not session.is_sequence
-    is_still = session.n_views > 1 and is_spread(setup.settings_of(session.camera))
+    is_still = session.n_views > 1 and is_spread(
+        camera_objects.settings_of(session.camera)
+    )
     copy.render.use_motion_blur = source.render.use_motion_blur and not is_still
     for number, view in enumerate(copy.render.views):
         view.use = number < n_cameras or number < 2  # Blender wants two
@@ -404,7 +407,7 @@ def _split_samples(scene, copy, index):
     Where the camera sets the samples of a view, they are those, and the limits stay.
     """
     session = _sessions[scene.name]
-    each = setup.settings_of(session.camera).view_samples
+    each = camera_objects.settings_of(session.camera).view_samples
     scale = session.frame_scale
     n = session.n_views
     owner, name = sampling.samples_at(copy)
@@ -433,7 +436,7 @@ def _split_samples(scene, copy, index):
 def _is_moved(scene, session):
     """Are the frame's views moved within their pixels? See sampling.py."""
     data, n, scale = session.camera.data, session.n_views, session.frame_scale
-    each = setup.settings_of(session.camera).view_samples
+    each = camera_objects.settings_of(session.camera).view_samples
     samples = sampling.samples_of_view(sampling.samples_of(scene), n, each, scale)
     return n > 1 and sampling.is_needed(scene, data, samples, scale)
 
@@ -447,7 +450,7 @@ def moment_of(scene):
     if scene.name not in session.copy_names:
         return None
     n = session.n_views
-    if n < 2 or not is_spread(setup.settings_of(session.camera)):
+    if n < 2 or not is_spread(camera_objects.settings_of(session.camera)):
         return None
     index = session.copy_names.index(scene.name) // session.frame_scale**2
     start = compat.shutter_start(source)

@@ -1,0 +1,53 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The objects that a render of a scene looks through."""
+
+import types
+
+import bpy
+
+
+def view_cameras(scene, camera):
+    """The cameras that a multi-view render uses in the place of `camera`."""
+    render = scene.render
+    if not render.use_multiview or render.views_format != "MULTIVIEW":
+        return [camera]
+    return [view_camera(scene, camera, view) for view in render.views if view.use]
+
+
+def view_camera(scene, camera, view):
+    """The camera of a view: same name with the suffix of the view, else `camera`."""
+    for other in scene.render.views:
+        suffix = other.camera_suffix
+        if suffix and camera.name.endswith(suffix):
+            name = camera.name[: -len(suffix)] + view.camera_suffix
+            return bpy.data.objects.get(name, camera)
+    return bpy.data.objects.get(camera.name + view.camera_suffix, camera)
+
+
+def cameras_of(scene):
+    """All camera objects that a render of the scene may look through."""
+    cameras = {scene.camera, *(marker.camera for marker in scene.timeline_markers)}
+    found = set()
+    for camera in cameras:
+        if camera is not None and camera.type == "CAMERA":
+            found.update(view_cameras(scene, camera))
+    return found
+
+
+def camera_of(scene):
+    """The camera object of a scene; None without one, and where it is something else.
+
+    Blender renders through any object that is the scene's camera, or bound to a marker.
+    """
+    camera = scene.camera
+    return camera if camera is not None and camera.type == "CAMERA" else None
+
+
+NO_CAMERA = types.SimpleNamespace(
+    enabled=False, method="layered", views=1, view_samples=0, shutter_spread=False
+)
+
+
+def settings_of(item):
+    """What an object that is rendered through asks for: nothing where it is no camera."""
+    return item.data.rack_focus if item.type == "CAMERA" else NO_CAMERA
