@@ -449,7 +449,6 @@ class RackFocusEngine(bpy.types.RenderEngine):
         params["method"] = views.method_for(params["method"], found)
         if params["method"] != "accumulate":
             self._note(source, fog.why_wrong(found, source))
-        self.doing = f"Rack Focus: {params['method']}, {width} x {height}"
         started = time.perf_counter()
         made = rackfocus.Filter(
             width,
@@ -462,6 +461,7 @@ class RackFocusEngine(bpy.types.RenderEngine):
             colour = found[0][0].colour
             self._note(source, halos.why_wrong(colour, depth, made, params))
         lights = self._lights(frame, source, (rendered, found), params, made)
+        self.doing = f"Rack Focus: {params['method']}, {width} x {height}"
         views.process(made, params, found, picture[::-1], self._report, lights)
         seconds["filter"] = time.perf_counter() - started
         started = time.perf_counter()
@@ -484,12 +484,10 @@ class RackFocusEngine(bpy.types.RenderEngine):
             if params["method"] != "views":
                 layers = layers[:1]
             elif len(layers) >= mirrors.MATCHED_FROM:
-                doing, self.doing = self.doing, "Rack Focus: mirrors and glass"
+                self.doing = "Rack Focus: mirrors and glass"
                 part = frame.layer, frame.suffix, layers[0].depth.shape
                 key = passes.rendered(source), part
-                lights = mirrors.lights_of_views(made, rendered, key, self._report)
-                self.doing = doing
-                return lights
+                return mirrors.lights_of_views(made, rendered, key, self._report)
             return [mirrors.lights_of(made, layer, params, threads) for layer in layers]
         if not mirrors.why_not(source, settings):
             message = "Mirrors and Glass: this render lacks the passes; press F12"

@@ -130,6 +130,9 @@ const char *povray_remark(const struct povray_scene *scene);
  * opened scene a later one. */
 bool povray_reads_time(const struct povray_scene *scene);
 
+/* Do options want radiosity's light in a file (Radiosity_To_File)? Views write none. */
+bool povray_keeps_light(const struct povray_scene *scene);
+
 /* What POV-Ray itself makes of the scene's lens, where that is another picture than ours,
  * with the ways out; else "". */
 const char *povray_lens_remark(const struct povray_camera *camera);

@@ -96,6 +96,11 @@ bool povray_reads_time(const struct povray_scene *scene)
     return scene->sources.has_now;
 }
 
+bool povray_keeps_light(const struct povray_scene *scene)
+{
+    return scene->sources.keeps_light;
+}
+
 void povray_close(struct povray_scene *scene)
 {
     if (!scene)

@@ -348,6 +348,19 @@ static bool render_average(struct povray_job *job, const char *output,
     return is_good;
 }
 
+/* What is said of a scene once. */
+static bool remark_scene(struct povray_job *job, struct povray_error *error)
+{
+    if (!warn_scene(job, povray_remark(job->scene), error))
+        return false;
+    return job->tool->n_views < 2 || !povray_keeps_light(job->scene) ||
+           warn_scene(
+               job,
+               "Radiosity_To_File (+RFO): several views write no file; render one "
+               "view for it, without --views",
+               error);
+}
+
 /* All that POV-Ray does for one picture: into files, or straight into the output. */
 static int render(struct povray_job *job, const char *output)
 {
@@ -361,7 +374,7 @@ static int render(struct povray_job *job, const char *output)
     job->options.warns_of_glass &= job->n_pictures == 0;
     is_good = is_good && povray_open(&job->scene, &job->options, &error);
     if (is_good && job->n_pictures++ == 0)
-        is_good = warn_scene(job, povray_remark(job->scene), &error);
+        is_good = remark_scene(job, &error);
     if (is_good)
         is_good = job->tool->is_average ? render_average(job, output, &error)
                                         : render_passes(job, &error);

@@ -10,7 +10,7 @@ import pytest
 from checked import Checked, names_of, read_rgba
 from conftest import ROOT, call, get_blender
 
-SCRIPTS = ("picture_checks.py", "node_checks.py", "setup_checks.py")
+SCRIPTS = ("picture_checks.py", "mirror_checks.py", "node_checks.py", "setup_checks.py")
 NAMES = [name for script in SCRIPTS for name in names_of(script)]
 NAMES.append("uninstall_leaves_nothing")
 CHECKED = Checked("checks.py", "results.json")

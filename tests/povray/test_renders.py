@@ -91,6 +91,9 @@ def test_the_kept_light_of_radiosity(rackfocus, tmp_path):
 
 def test_views_do_not_write_the_light_at_once(rackfocus, tmp_path):
     (tmp_path / "s.pov").write_text(LIT)
-    rackfocus("povray", "s.pov", "-o", "o.exr", "--views", "2", "--", *SIZE,
-              *keep_light(tmp_path, "light.rad")[::2], cwd=tmp_path)  # fmt: skip
+    command = ["povray", "s.pov", "-o", "o.exr", "--views", "2", "--", *SIZE]
+    options = keep_light(tmp_path, "light.rad")[::2]
+    done = rackfocus(*command, *options, cwd=tmp_path)
     assert not (tmp_path / "light.rad").exists()
+    assert "several views write no file; render one view" in done.stderr
+    assert "write no file" not in rackfocus(*command, cwd=tmp_path).stderr

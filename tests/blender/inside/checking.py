@@ -6,6 +6,8 @@
 DIST has the zips of the add-on, OUT receives the files that the tests look at.
 """
 
+import contextlib
+import io
 import json
 import sys
 from pathlib import Path
@@ -54,6 +56,21 @@ def tree_with_output(scene):
     tree, _ = addon("compat").start_compositor(scene)
     layers = next(n for n in tree.nodes if n.type == "R_LAYERS")
     return tree, layers, addon("compat").output_socket(tree)
+
+
+@contextlib.contextmanager
+def heard():
+    """What the console is told meanwhile, an io.StringIO."""
+    said = io.StringIO()
+    with contextlib.redirect_stderr(said):
+        yield said
+
+
+def key_focus(data, distances):
+    """Keyframes of a camera's focus distance, {frame: scene units}."""
+    for frame, distance in distances.items():
+        data.dof.focus_distance = distance
+        data.dof.keyframe_insert("focus_distance", frame=frame)
 
 
 def refocused(scene, name):

@@ -12,6 +12,7 @@ import bpy
 sys.path.insert(0, str(Path(__file__).parent))
 import checking  # noqa: E402
 import common  # noqa: E402
+import mirror_checks  # noqa: E402
 import node_checks  # noqa: E402
 import picture_checks  # noqa: E402
 import setup_checks  # noqa: E402
@@ -30,5 +31,6 @@ def uninstall(report):
     print(common.V)
 
 
-ALL = {**picture_checks.check, **node_checks.check, **setup_checks.check}
+SCRIPTS = picture_checks, mirror_checks, node_checks, setup_checks
+ALL = {name: one for script in SCRIPTS for name, one in script.check.items()}
 checking.run(ALL, "results.json", uninstall)

@@ -5,7 +5,6 @@ file_checks.py DIST OUT [CHECK ...]    writes OUT/file_results.json
 """
 
 import contextlib
-import io
 import shutil
 import sys
 from pathlib import Path

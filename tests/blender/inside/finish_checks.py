@@ -16,7 +16,7 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).parent))
 import checking  # noqa: E402
 import common  # noqa: E402
-from checking import OUT, Checks  # noqa: E402
+from checking import OUT, Checks, key_focus  # noqa: E402
 from common import (  # noqa: E402
     addon,
     filtered,
@@ -258,9 +258,7 @@ def finish_is_nearer_to_the_own_lens():
 def every_render_is_finished():
     """With views and supersampled too; each frame of an animation has its own."""
     scene, data = start(use_finish=True, finish_samples=4, method="views", views=2)
-    for frame, focus in ((1, 2), (2, 5)):
-        data.dof.focus_distance = focus
-        data.dof.keyframe_insert("focus_distance", frame=frame)
+    key_focus(data, {1: 2, 2: 5})
     for scale in (1, 2):
         data.rack_focus.supersample = scale
         scene.frame_start, scene.frame_end = 1, 2

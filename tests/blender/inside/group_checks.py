@@ -5,7 +5,6 @@ group_checks.py DIST OUT [CHECK ...]    writes OUT/group_results.json
 """
 
 import contextlib
-import io
 import json
 import sys
 from pathlib import Path
@@ -16,7 +15,7 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).parent))
 import checking  # noqa: E402
 import common  # noqa: E402
-from checking import OUT, Checks  # noqa: E402
+from checking import OUT, Checks, heard  # noqa: E402
 from common import (  # noqa: E402
     addon,
     filtered,
@@ -159,8 +158,7 @@ def passes_that_are_not_blurred_are_named():
     assert not unblurred.names_of(scene)  # it leads nowhere
     tree.links.new(light, out)
     assert unblurred.names_of(scene) == [emission.name]
-    said = io.StringIO()
-    with contextlib.redirect_stderr(said):
+    with heard() as said:
         sharp = made_by(scene)
     assert f"that are not blurred: {emission.name}" in said.getvalue(), said.getvalue()
     tree.links.new(source.outputs["Mist"], light.node.inputs["Exposure"])

@@ -12,7 +12,7 @@ import bpy
 
 sys.path.insert(0, str(Path(__file__).parent))
 import checking  # noqa: E402
-from checking import OUT, Checks  # noqa: E402
+from checking import OUT, Checks, key_focus  # noqa: E402
 from common import (  # noqa: E402
     Watch,
     addon,
@@ -182,9 +182,7 @@ def an_orthographic_camera_that_moves_has_one_view_with_motion_blur():
     scene.render.use_motion_blur = True
     bpy.ops.render.render()
     assert len(kept(scene)) == 4 and not last_message(scene), last_message(scene)
-    for frame, distance in ((0, 2.9), (4, 3.1)):
-        data.dof.focus_distance = distance
-        data.dof.keyframe_insert("focus_distance", frame=frame)
+    key_focus(data, {0: 2.9, 4: 3.1})
     scene.frame_set(2)
     before = settings_of(scene)
     bpy.ops.render.render()

@@ -4,8 +4,6 @@
 scene_checks.py DIST OUT [CHECK ...]    writes OUT/scene_results.json
 """
 
-import contextlib
-import io
 import sys
 from pathlib import Path
 
@@ -18,6 +16,8 @@ import common  # noqa: E402
 from checking import (  # noqa: E402
     OUT,
     Checks,
+    heard,
+    key_focus,
     refocused,
     shot,
     tree_with_output,
@@ -49,8 +49,7 @@ def nodes_that_show_no_picture():
             tree.links.new(colour.outputs[0], output)
         plain = shot(scene, "nothing0.exr")
         start()
-        said = io.StringIO()
-        with contextlib.redirect_stderr(said):
+        with heard() as said:
             same(shot(scene, "nothing1.exr"), plain)
         said = said.getvalue()
         assert "show nothing of the Rack Focus node" in said, (name, said)
@@ -79,8 +78,7 @@ def an_output_that_is_no_colour():
     scene.camera.data.dof.use_dof = True
     plain = shot(scene, "number0.exr")
     scene, data = start()
-    said = io.StringIO()
-    with contextlib.redirect_stderr(said):
+    with heard() as said:
         same(shot(scene, "number1.exr"), plain)
     assert "first output is no colour" in said.getvalue(), said.getvalue()
     data.rack_focus.views = 3
@@ -120,8 +118,7 @@ def a_defocus_node_of_the_artists():
     assert not describe(scene)  # it leads nowhere
     tree.links.new(node.outputs[0], output)
     assert not describe(scene)[1:] and node.name in describe(scene)[0], describe(scene)
-    said = io.StringIO()
-    with contextlib.redirect_stderr(said):
+    with heard() as said:
         shot(scene, "defocus.exr")
     assert "once more: mute it" in said.getvalue(), said.getvalue()
     node.mute = True
@@ -171,8 +168,7 @@ def holdouts():
     scene.cycles.samples, scene.camera.data.dof.use_dof = 256, True
     own = shot(scene, "hole0.exr")
     scene, data = start()
-    said = io.StringIO()
-    with contextlib.redirect_stderr(said):
+    with heard() as said:
         made = shot(scene, "hole1.exr")
     assert "take several Views" in said.getvalue(), said.getvalue()
     data.rack_focus.views = 4
@@ -272,13 +268,12 @@ def rigid_bodies_that_are_not_baked():
 def one_view_layer_is_rendered():
     """The button on a Render Layers node: Blender shows an old picture, or none."""
     scene, _ = start()
-    said = io.StringIO()
-    with contextlib.redirect_stderr(said):
+    with heard() as said:
         shot(scene, "layer0.exr")
         bpy.ops.rack_focus.refocus()
     assert not said.getvalue(), said.getvalue()
     layer = scene.view_layers[0].name
-    with contextlib.redirect_stderr(said):
+    with heard() as said:
         bpy.ops.render.render(layer=layer, scene=scene.name)
     assert "Press F12" in said.getvalue() and "Press F12" in last_message(scene)
     shot(scene, "layer1.exr")
@@ -312,8 +307,7 @@ def a_scene_strip():
     assert tpsnr(made, shot(scene, "strip2.exr")) > 40
     assert not last_message(scene), last_message(scene)
     data.rack_focus.views = 3
-    said = io.StringIO()
-    with contextlib.redirect_stderr(said):
+    with heard() as said:
         shot(edit, "strip3.exr")
     assert "in one view" in said.getvalue(), said.getvalue()
 
@@ -343,8 +337,7 @@ def what_is_bound_to_a_marker_is_no_camera():
     assert not bpy.ops.rack_focus.pick_focus.poll()
     for views in (1, 3):
         data.rack_focus.views = views
-        said = io.StringIO()
-        with contextlib.redirect_stderr(said):
+        with heard() as said:
             same(shot(scene, "lamp2.exr"), plain)
         assert not last_message(scene) and not said.getvalue(), said.getvalue()
     scene.frame_set(1)
@@ -357,9 +350,7 @@ def what_is_bound_to_a_marker_is_no_camera():
 def between_frames():
     """The lens is that of the subframe; in an animation, which has none, of the frame."""
     scene, data = start()
-    for frame, distance in ((1, 1.5), (3, 9)):
-        data.dof.focus_distance = distance
-        data.dof.keyframe_insert("focus_distance", frame=frame)
+    key_focus(data, {1: 1.5, 3: 9})
     render_settings = scene.render
     scene.frame_set(1)
     first = shot(scene, "between0.exr")

@@ -17,7 +17,7 @@ from mathutils import Matrix
 sys.path.insert(0, str(Path(__file__).parent))
 import checking  # noqa: E402
 import common  # noqa: E402
-from checking import BASE, OUT, Checks  # noqa: E402
+from checking import BASE, OUT, Checks, key_focus  # noqa: E402
 from common import (  # noqa: E402
     Watch,
     addon,
@@ -649,9 +649,7 @@ def a_camera_that_cannot_be_filtered():
 def a_frame_that_cannot_be_filtered():
     """The first one only: its camera is focused on itself."""
     scene, data = start(views=3, supersample=2)
-    for frame, distance in ((1, 0), (2, 3)):
-        data.dof.focus_distance = distance
-        data.dof.keyframe_insert("focus_distance", frame=frame)
+    key_focus(data, {1: 0, 2: 3})
     scene.frame_start, scene.frame_end = 1, 2
     counts = []
 

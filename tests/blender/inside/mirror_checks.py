@@ -1,0 +1,158 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Checks of what mirrors and panes show, by its own distance."""
+
+import bpy
+import common
+import numpy as np
+from checking import OUT, Checks, shot
+from common import addon, last_message, start
+
+check = Checks()
+
+
+def _mirror_before_cubes(scene):
+    """A mirror in focus that fills the frame, and cubes behind the camera."""
+    for item in [o for o in scene.objects if o.type == "MESH"]:
+        bpy.data.objects.remove(item)
+    mirror = common.emitter("mirror", (0, 0, 0), 1, (0, 3.01, 0))
+    mirror.scale = (6, 0.02, 6)
+    nodes = mirror.data.materials[0].node_tree
+    glossy = nodes.nodes.new("ShaderNodeBsdfGlossy")
+    glossy.inputs["Roughness"].default_value = 0
+    out = next(n for n in nodes.nodes if n.type == "OUTPUT_MATERIAL")
+    nodes.links.new(glossy.outputs[0], out.inputs["Surface"])
+    rng = np.random.default_rng(3)
+    for _ in range(60):
+        x, z = rng.uniform(-3, 3, 2)
+        common.emitter("cube", rng.random(3), 0.5, (x, -3, z))
+    scene.cycles.max_bounces = scene.cycles.glossy_bounces = 2
+
+
+@check
+def what_mirrors_show():
+    """By its own distance where that is asked for; the passes come and go."""
+    scene, data = start(mirrors=True)
+    layer, module = scene.view_layers[0], addon("mirrors")
+    _mirror_before_cubes(scene)
+    data.rack_focus.mirrors, data.dof.aperture_fstop = False, 0.08
+    plain = shot(scene, "mi.exr")
+    assert not any(getattr(layer, p) for p in module.PASSES)
+    data.rack_focus.mirrors = True
+    bpy.ops.rack_focus.refocus()
+    assert "press F12" in last_message(scene), last_message(scene)
+    layer.use_pass_glossy_color = True  # the user's own
+    made = shot(scene, "mi.exr")
+    assert not last_message(scene), last_message(scene)
+    assert all(getattr(layer, p) for p in module.PASSES)
+    assert layer.cycles.denoising_store_passes
+    inner = np.s_[10:-10, 10:-10, :3]
+    assert made[inner].std() < 0.85 * plain[inner].std(), (
+        made[inner].std(),
+        plain[inner].std(),
+    )
+    assert abs(made[inner].mean() / plain[inner].mean() - 1) < 0.1
+    data.dof.aperture_fstop = 20
+    bpy.ops.rack_focus.refocus()
+    assert not last_message(scene), last_message(scene)
+    sharp = common.result(scene, OUT / "mi_result.exr")
+    assert sharp[inner].std() > 1.15 * made[inner].std()
+    data.rack_focus.method = "accumulate"
+    assert "Accumulate" in module.why_not(scene, data.rack_focus)
+    data.rack_focus.method, data.rack_focus.supersample = "layered", 2
+    assert "Supersample" in module.why_not(scene, data.rack_focus)
+    data.rack_focus.supersample = 1
+    assert not module.why_not(scene, data.rack_focus)
+    data.rack_focus.mirrors = False
+    shot(scene, "mi.exr")
+    assert [p for p in module.PASSES if getattr(layer, p)] == ["use_pass_glossy_color"]
+    assert not layer.cycles.denoising_store_passes
+    data.rack_focus.mirrors = True
+    shot(scene, "mi.exr")
+    data.rack_focus.enabled = False
+    assert [p for p in module.PASSES if getattr(layer, p)] == ["use_pass_glossy_color"]
+
+
+@check
+def what_mirrors_show_in_several_views():
+    """Each view's by its own distance, with and without Cycles' denoiser."""
+    scene, data = start(views=2)
+    _mirror_before_cubes(scene)
+    data.dof.aperture_fstop, data.dof.use_dof = 0.1, True
+    inner = np.s_[10:-10, 10:-10, :3]
+    data.rack_focus.enabled, scene.cycles.samples = False, 400
+    own = shot(scene, "mv.exr")[inner]
+    data.rack_focus.enabled, scene.cycles.samples = True, 64
+    has_denoiser = common.V >= (4, 2, 0)  # Debian's 3.4 has none
+    for is_denoised in (False, True) if has_denoiser else (False,):
+        scene.cycles.use_denoising, apart = is_denoised, []
+        if is_denoised:  # four tell each other's distances
+            data.rack_focus.views, scene.cycles.samples = 4, 32
+        for data.rack_focus.mirrors in (False, True):
+            made = shot(scene, "mv.exr")[inner]
+            assert not last_message(scene), last_message(scene)
+            apart.append(np.abs(made - own).mean())
+        assert apart[1] < 0.75 * apart[0], apart
+
+
+@check
+def distances_in_mirrors_are_found_once():
+    """Of each view from the two farthest from it, and not again for another focus."""
+    module, passes, library = addon("mirrors"), addon("passes"), addon("library")
+    one = np.ones((4, 6), np.float32)
+    seen = module.Seen(((one,) * 9, (one,) * 9), (), one)
+    layer = passes.Layer(np.ones((4, 6, 4), np.float32), one, seen=seen)
+    offsets = (0.0, 0.0), (1.0, 0.0), (-1.0, 0.0), (0.0, 0.5)
+    found = [(layer, passes.MIDDLE._replace(offset=offset)) for offset in offsets]
+    rendered, asked, goes_on = common, [], True
+
+    class Made:
+        def seen_depth(self, _, __, lights, out):
+            asked.append([offset for _, offset, _ in lights])
+            out[:] = len(asked)
+
+    def lights_of(part):
+        key = rendered, part
+        return module.lights_of_views(Made(), found, key, lambda _: goes_on)
+
+    goes_on = False
+    try:
+        lights_of("a")
+        raise AssertionError("was not cancelled")
+    except library.rackfocus.CancelledError:
+        assert not asked
+    goes_on = True
+    first = lights_of("a")
+    assert len(asked) == 8, asked
+    assert asked[0] == asked[1] == [offsets[0], offsets[1], offsets[2]], asked
+    assert asked[6] == [offsets[3], offsets[1], offsets[2]], asked
+    assert [[d[0, 0] for _, d in view] for view in first] == [
+        [1, 2],
+        [3, 4],
+        [5, 6],
+        [7, 8],
+    ]
+    assert [d[0, 0] for _, d in lights_of("a")[3]] == [7, 8]
+    assert len(asked) == 8, asked
+    lights_of("b")
+    assert len(asked) == 16, asked
+
+
+@check
+def mirrored_light_loses_the_grain_that_the_picture_lost():
+    """Half of the picture is mirrored: with grain, and once a denoiser made it even."""
+    module, passes, library = addon("mirrors"), addon("passes"), addon("library")
+    params = {"focus_distance": 3.0, "lens_radius": 0.1, "focal_length_px": 100.0}
+    made = library.rackfocus.Filter(30, 20, **params)
+    noisy = np.random.default_rng(1).uniform(0.1, 0.9, (20, 30, 3)).astype(np.float32)
+    none, one = (np.full((20, 30), value, np.float32) for value in (0, 1))
+    planes = tuple(noisy[..., i] for i in range(3))
+    mirrored = (none,) * 3 + tuple(plane / 2 for plane in planes) + (one,) * 3
+    for kept, grainy, way in ((planes, None, one), ((), noisy, none)):
+        seen = module.Seen((mirrored, (none,) * 9), kept, way)
+        clean = np.full_like(noisy, 0.4)
+        layer = passes.Layer(clean, one, seen=seen, grainy=grainy)
+        light, _ = module.lights_of(made, layer, params, 1)[0]
+        assert np.allclose(light, 0.2), np.abs(light - 0.2).max()
+    layer = passes.Layer(noisy, one, seen=module.Seen((mirrored,) * 2, (), none))
+    light, _ = module.lights_of(made, layer, params, 1)[0]
+    assert np.array_equal(light, noisy / 2)
