@@ -223,8 +223,9 @@ FIELDS = {
 # (field, choice): tooltip
 CHOICES = {
     ("film_depth", "keep"): "As rendered: infinitely far",
-    ("film_depth", "solid"): "Where alpha is above 0.5",
-    ("film_depth", "all"): "Wherever there is something. For hair and smoke",
+    ("film_depth", "solid"): "Where alpha is above 0.5, 2 px from a surface",
+    ("film_depth", "all"): "Wherever there is something, 2 px from a surface",
+    ("film_depth", "edges"): "Between a surface and what is empty, 8 px from both",
     ("distribution", "uniform"): "Equal light over the circle",
     ("distribution", "gaussian"): "Soft, bright in the middle",
     ("distribution", "ring"): "A bright rim, as of a mirror lens",

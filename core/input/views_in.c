@@ -115,12 +115,14 @@ static rf_result fill_film(struct rf_work *work, int j, struct rf_error *error)
     const struct rf_frame *f = work->frame;
     struct rf_work_view *w = &work->views[j];
     float *radius = work->memory + (size_t)f->width * (size_t)f->height * (size_t)j;
-    struct rf_alphas alpha = {w->colour[3], 1, f->width};
+    struct rf_film film = {.pixel = 1, .row = f->width};
     if (w->image)
-        alpha = (struct rf_alphas){rf_image_at(w->image, 0, 0, 3), 4,
-                                   w->image->row_bytes / (ptrdiff_t)sizeof(float)};
+        film = (struct rf_film){.pixel = 4,
+                                .row = w->image->row_bytes / (ptrdiff_t)sizeof(float)};
+    for (int c = 0; c < 4; c++)
+        film.at[c] = w->image ? rf_image_at(w->image, 0, 0, c) : w->colour[c];
     bool is_filled = false;
-    rf_result result = rf_film_fill(f, alpha, radius, &is_filled, error);
+    rf_result result = rf_film_fill(f, &film, radius, &is_filled, error);
     if (is_filled)
         w->largest_radius = largest_of(f, radius);
     return result;

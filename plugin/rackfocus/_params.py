@@ -45,7 +45,7 @@ class Parameters(TypedDict, total=False):
     depth_scale: float
     depth_offset: float
     depth_infinity: float
-    film_depth: Literal["keep", "solid", "all"]
+    film_depth: Literal["keep", "solid", "all", "edges"]
     method: Literal[
         "layered",
         "scatter",

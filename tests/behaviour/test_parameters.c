@@ -71,7 +71,7 @@ static const struct param_case cases[] = {
     {"depth-scale", RADIUS, "", "1.5", "depth-scale=1", "", 0},
     {"depth-offset", RADIUS, "", "2", "depth-offset=0", "", 0},
     {"depth-infinity", RADIUS, "", "12", "depth-infinity=1e8", "", 0},
-    {"film-depth", FILM, "", "keep", "film-depth=solid", "", 0},
+    {"film-depth", FILM, "", "keep", "film-depth=edges", "", 0},
     {"method", PICTURE, "", "scatter", "method=layered", "", 0},
     {"max-radius", PICTURE, "", "1", "max-radius=16384", "max-radius=0", 0},
     {"sub-apertures", PICTURE, "", "1", "sub-apertures=4", "", 0},

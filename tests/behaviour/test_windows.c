@@ -75,10 +75,12 @@ static bool setting_apply(struct rf_params *params, const struct setting *settin
     return rf_params_set(params, setting->key, setting->value, NULL) == RF_OK;
 }
 
-static struct subject subject_make(int width, int height, int channels, double r_px,
-                                   const struct setting *settings)
+/* The frame f is the subject's from now on. */
+static struct subject subject_of(struct frame f, double r_px,
+                                 const struct setting *settings)
 {
-    struct subject s = {.f = frame_make(width, height, channels)};
+    const int width = f.width, height = f.height, channels = f.channels;
+    struct subject s = {.f = f};
     struct rf_context_params run = {.size = sizeof run, .n_threads = 2};
     struct rf_params params;
     struct rf_window whole = {0, 0, width, height};
@@ -86,7 +88,6 @@ static struct subject subject_make(int width, int height, int channels, double r
     scene_params(&params, RF_METHOD_LAYERED);
     params.sub_apertures = 1;
     params.max_radius = r_px;
-    frame_fill_scene(&s.f, r_px);
     for (; settings && settings->key; settings++)
         is_good &= setting_apply(&params, settings);
     is_good &=
@@ -99,6 +100,14 @@ static struct subject subject_make(int width, int height, int channels, double r
     CHECK(rf_filter_process(s.filter, &view, 1, &out, NULL, NULL) == RF_OK);
     CHECK(survey(&s, width, 100, &s.survey, NULL) == RF_OK);
     return s;
+}
+
+static struct subject subject_make(int width, int height, int channels, double r_px,
+                                   const struct setting *settings)
+{
+    struct frame f = frame_make(width, height, channels);
+    frame_fill_scene(&f, r_px);
+    return subject_of(f, r_px, settings);
 }
 
 static void subject_free(struct subject *s)
@@ -175,6 +184,42 @@ static void every_kind_of_picture(void)
         check_strips(&s, &kinds[i].strip, 1);
         subject_free(&s);
     }
+}
+
+/*
+ * Discs with rims of 7 px over transparent film, which have no depth, or over a sky that
+ * is seen through it: in the lower half alone, so that windows above have none.
+ */
+static struct frame film(int width, int height, double r_px, float sky)
+{
+    struct frame f = frame_make(width, height, 4);
+    for (int y = 0; y < height; y++)
+        for (int x = 0; x < width; x++) {
+            float *c = frame_at(&f, f.colour, x, y);
+            double d = hypot(x % 60 - 30, y % 60 - 30);
+            float a = y < height / 2 ? 1 : (float)fmin(fmax((21 - d) / 7, 0), 1);
+            for (int k = 0; k < 3; k++)
+                c[k] = a * (0.2f + 0.6f * (float)((x / 5 + y / 4 + k) % 2)) +
+                       (1 - a) * sky;
+            c[3] = a;
+            f.depth[(size_t)y * (size_t)width + (size_t)x] =
+                a < 0.6f ? 1e10f : plain_depth(r_px * (0.8 - 0.3 * (x / 60 % 5)));
+        }
+    return f;
+}
+
+static void films(void)
+{
+    static const struct setting settings[][2] = {
+        {{"film-depth", "edges"}, {NULL, NULL}}, {{"film-depth", "all"}, {NULL, NULL}}};
+    for (size_t i = 0; i < 2; i++)
+        for (int is_lit = 0; is_lit < 2; is_lit++) {
+            static const int height = 173;
+            struct frame f = film(190, 1100, 9, is_lit ? 0.9f : 0);
+            struct subject s = subject_of(f, 9, settings[i]);
+            check_strips(&s, &height, 1);
+            subject_free(&s);
+        }
 }
 
 /* Cut off on all sides, some at the edges, with large radii. */
@@ -435,6 +480,7 @@ int main(int argc, char **argv)
     testing_begin(argc, argv);
     TEST(strips_of_any_height);
     TEST(every_kind_of_picture);
+    TEST(films);
     TEST(windows_within_a_picture);
     TEST(highlights_of_the_whole);
     TEST(negative_colours_of_the_whole);

@@ -203,6 +203,43 @@ static void film_depth_chooses_by_alpha(void)
     CHECK_NEAR(left_half_of(0.3f, RF_FILM_DEPTH_ALL), 1, 1e-3);
 }
 
+/*
+ * Thing in focus, opaque up to x = 40, whose alpha falls to `end` at x = 46 and goes on
+ * like that. No depth below 0.5.
+ */
+static double light_at(float end, int film_depth, int x)
+{
+    struct frame f = frame_make(WIDTH, HEIGHT, 4);
+    for (size_t i = 0; i < frame_pixels(&f); i++) {
+        float to = 1 - (1 - end) * (float)((int)(i % WIDTH) - 40) / 6;
+        float *c = f.colour + 4 * i;
+        c[0] = c[1] = c[2] = c[3] = fminf(fmaxf(to, end), 1);
+        f.depth[i] = c[3] > 0.5f ? PLAIN_FOCUS : INFINITY;
+    }
+    struct rf_params params;
+    plain_params(&params, RF_METHOD_LAYERED);
+    params.max_radius = 30;
+    params.film_depth = film_depth;
+    CHECK(frame_filter(&f, &params, 2, NULL) == RF_OK);
+    double found = frame_at(&f, f.out, x, HEIGHT / 2)[3];
+    frame_free(&f);
+    return found;
+}
+
+/* A rim 6 px wide stays sharp with its thing; a veil beside it does not. */
+static void rims_take_their_depth(void)
+{
+    struct rf_params params;
+    plain_params(&params, RF_METHOD_LAYERED);
+    CHECK(params.film_depth == RF_FILM_DEPTH_EDGES);
+    CHECK_NEAR(light_at(0, RF_FILM_DEPTH_EDGES, 45), 1 / 6.0, 0.01);
+    CHECK_NEAR(light_at(0, RF_FILM_DEPTH_EDGES, 50), 0, 0.01);
+    CHECK(light_at(0, RF_FILM_DEPTH_SOLID, 45) < 0.12);
+    CHECK(light_at(0, RF_FILM_DEPTH_SOLID, 50) > 0.02);
+    CHECK_NEAR(light_at(0.3f, RF_FILM_DEPTH_EDGES, 44),
+               light_at(0.3f, RF_FILM_DEPTH_KEEP, 44), 1e-6);
+}
+
 /* The sky of an opaque film has no depth either, and keeps none. */
 static void the_sky_is_no_veil(void)
 {
@@ -235,6 +272,7 @@ int main(int argc, char **argv)
     TEST(opaque_stays_opaque);
     TEST(grey_is_one_channel_of_rgb);
     TEST(film_depth_chooses_by_alpha);
+    TEST(rims_take_their_depth);
     TEST(the_sky_is_no_veil);
     return testing_end();
 }

@@ -134,7 +134,7 @@ def film_depth_reaches_the_node():
     tree.links.new(node.outputs["Image"], out)
     start(scene)
     pictures = []
-    for choice in ("keep", "solid", "all"):
+    for choice in ("keep", "solid", "all", "edges"):
         scene.camera.data.rack_focus.film_depth = choice
         pictures.append(made_by(scene))
         same(pictures[-1], filtered(scene, colour, depth))

@@ -260,7 +260,7 @@ def film_depth_reaches_the_filter():
     colour, depth = rgba(sharp, "ViewLayer"), common.depth_of(sharp)
     assert ((colour[..., 3] > 0) & (colour[..., 3] < 1) & (depth > 1e9)).any()
     pictures = []
-    for choice in ("keep", "solid", "all"):
+    for choice in ("keep", "solid", "all", "edges"):
         data.rack_focus.film_depth = choice
         pictures.append(rgba(render(scene, OUT / "f.exr")))
         same(pictures[-1], filtered(scene, colour, depth))
