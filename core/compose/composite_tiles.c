@@ -101,6 +101,18 @@ static bool is_near_focus(const struct rf_group *g, int b)
     return g->level == 0 && (bin == -1 || bin == 0);
 }
 
+/*
+ * Closes the insides of surfaces up to the end of bin b. The last bin behind the focus
+ * may go on beyond the radii of level 0: surfaces there are not composited yet.
+ */
+static void close_insides(const struct rf_composer *c, const struct rf_group *g, int b,
+                          int tx, int ty, const struct rf_tile_state *state)
+{
+    float end = (float)(RF_BIN_PX * (g->first_bin + b + 1));
+    rf_close_insides(c, tx, ty, end - 2 * RF_BIN_PX,
+                     rf_min_float(end, c->levels.limit[0][0]), state);
+}
+
 /* Composites all bins of the samples around a tile into its state. */
 void rf_composite_tile(const struct rf_composer *c, const struct rf_group *g, int tx,
                        int ty, struct rf_spread_sums *acc,
@@ -122,9 +134,8 @@ void rf_composite_tile(const struct rf_composer *c, const struct rf_group *g, in
         has_sharp |= is_reached && is_near_focus(g, b);
         if (has_sharp && g->first_bin + b == 0)
             rf_close_smooth(c, tx, ty, state);
-        float end = (float)(RF_BIN_PX * (g->first_bin + b + 1));
         if (is_reached && g->level == 0)
-            rf_close_insides(c, tx, ty, end - 2 * RF_BIN_PX, end, state);
+            close_insides(c, g, b, tx, ty, state);
         if (is_reached && rf_is_used_up(state, c->canvas.n_cells))
             return;
     }

@@ -104,6 +104,43 @@ static void constant_stays_constant_at_any_depth(void)
     }
 }
 
+/*
+ * A disc before a wall whose radii rise to r_px at the right. Oval, stretched and glowing
+ * footprints go to the next level within a bin; the wall there is closed after it is
+ * composited, not before.
+ */
+static double constant_wall_error(double r_px, double ratio, double swirl,
+                                  double spherical)
+{
+    struct frame f = frame_make(80, 96, 1);
+    struct rf_params params;
+    plain_params(&params, RF_METHOD_LAYERED);
+    params.aperture_ratio = ratio;
+    params.swirl = swirl;
+    params.spherical = spherical;
+    for (size_t i = 0; i < frame_pixels(&f); i++) {
+        double x = (double)(i % 80), y = (double)(i / 80);
+        f.depth[i] = plain_depth(hypot(x - 72, y) < 9 ? -18 : r_px * (0.5 + x / 158));
+        f.colour[i] = 0.25f;
+    }
+    CHECK(frame_filter(&f, &params, 2, NULL) == RF_OK);
+    double worst = 0;
+    for (size_t i = 0; i < frame_pixels(&f); i++)
+        worst = fmax(worst, fabs(f.out[i] - 0.25));
+    frame_free(&f);
+    return worst;
+}
+
+static void constant_walls_beyond_the_first_level(void)
+{
+    for (double r = 3; r < 10; r += 0.5) {
+        CHECK_NEAR(constant_wall_error(r, 0.6, 0, 0), 0, 1e-5);
+        CHECK_NEAR(constant_wall_error(r, 1, 0.5, 0), 0, 1e-5);
+        CHECK_NEAR(constant_wall_error(r, 1, 0, -3.8), 0, 1e-5);
+        CHECK_NEAR(constant_wall_error(r, 1, 0, 3.8), 0, 1e-5);
+    }
+}
+
 /* Which of the eight ways to turn a picture over. */
 static void turned(const struct frame *from, struct frame *to, bool flip_x, bool flip_y)
 {
@@ -230,6 +267,7 @@ int main(int argc, char **argv)
     TEST(in_focus_is_bit_for_bit);
     TEST(a_pinhole_gives_the_input);
     TEST(constant_stays_constant_at_any_depth);
+    TEST(constant_walls_beyond_the_first_level);
     TEST(rims_are_alike_on_all_sides);
     TEST(a_fold_near_the_focus_has_no_holes);
     TEST(mirrored_input_gives_a_mirrored_picture);
