@@ -49,8 +49,10 @@ static bool read_open_exr(struct image_input *input, const char *layer, int n_th
         return false;
     int n;
     const int part = image_channels(input, &n)[found.r].part;
-    const struct image_box box = image_parts(input, &n)[part].data_window;
+    const struct image_part_info *info = &image_parts(input, &n)[part];
+    const struct image_box box = info->data_window;
     picture->window = box;
+    picture->pixel_aspect = info->pixel_aspect;
     picture->has_window = true;
     picture->width = box.max_x - box.min_x + 1;
     picture->height = box.max_y - box.min_y + 1;

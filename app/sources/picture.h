@@ -16,6 +16,7 @@ struct picture {
     int32_t width, height;
     struct image_box window; /* its data window; all 0 for PNG, which has none */
     bool has_window;
+    float pixel_aspect; /* that of the file; 0 for PNG, which says none */
 };
 
 /* Reads the picture; `layer` may be NULL. NaN and infinity are errors. */

@@ -111,6 +111,19 @@ static bool write_pictures(const struct compare_options *tool, const struct pict
     return is_done;
 }
 
+/* Programs lose the aspect on the way, so that such pictures may show the same. */
+static void warn_of_aspect(const char *path_a, const struct picture *a,
+                           const char *path_b, const struct picture *b)
+{
+    if (a->pixel_aspect != b->pixel_aspect && a->pixel_aspect != 0 &&
+        b->pixel_aspect != 0)
+        warning(
+            false,
+            "%s: its pixelAspectRatio is %.9g, that of %s %.9g; pixels are compared "
+            "as if they were alike; render both with one pixel aspect",
+            path_a, (double)a->pixel_aspect, path_b, (double)b->pixel_aspect);
+}
+
 static int compare(const struct compare_options *tool, const char *path_a,
                    const char *path_b, const struct picture *a, const struct picture *b)
 {
@@ -126,6 +139,7 @@ static int compare(const struct compare_options *tool, const char *path_a,
         message("%s", error.message);
         return EXIT_FAILED;
     }
+    warn_of_aspect(path_a, a, path_b, b);
     struct measures measures;
     double flip;
     if (!measure_pictures(a->samples, b->samples, a->width, a->height, &measures) ||

@@ -289,3 +289,17 @@ def test_pictures_of_another_place(rackfocus, scene, tmp_path):
     png = tmp_path / "moved.png"
     rackfocus("filter", moved, "-o", png)
     rackfocus("compare", moved, png)
+
+
+def test_other_pixel_aspects_are_named(rackfocus, scene, tmp_path):
+    """Compared all the same: programs lose the aspect, and a PNG has none."""
+    wide, square = scene("wide.exr", aspect=2.0), scene("square.exr")
+    done = rackfocus("compare", wide, square, "--json")
+    assert json.loads(done.stdout)["identical"]
+    assert (
+        f"warning: {wide}: its pixelAspectRatio is 2, that of {square} 1" in done.stderr
+    )
+    png = tmp_path / "square.png"
+    rackfocus("filter", square, "-o", png, "-q")
+    assert "Aspect" not in rackfocus("compare", wide, png).stderr
+    assert "Aspect" not in rackfocus("compare", wide, wide).stderr
