@@ -145,6 +145,40 @@ static void opaque_stays_opaque(void)
     frame_free(&three);
 }
 
+/* A thing in focus before a blurred ground: circles overlap, and alpha is no sum of them. */
+static void scatter_has_no_alpha_above_one(void)
+{
+    struct frame four = frame_make(80, 60, 4), three = frame_make(80, 60, 3);
+    struct rf_params params;
+    scene_params(&params, RF_METHOD_SCATTER);
+    frame_fill_scene(&four, 8);
+    memcpy(three.depth, four.depth, frame_pixels(&four) * sizeof(float));
+    for (size_t i = 0; i < frame_pixels(&four); i++)
+        memcpy(three.colour + 3 * i, four.colour + 4 * i, 3 * sizeof(float));
+    REQUIRE(frame_filter(&four, &params, 2, NULL) == RF_OK);
+    REQUIRE(frame_filter(&three, &params, 2, NULL) == RF_OK);
+    double most = 0, colour = 0;
+    size_t n_full = 0;
+    for (size_t i = 0; i < frame_pixels(&four); i++) {
+        most = fmax(most, four.out[4 * i + 3]);
+        n_full += four.out[4 * i + 3] == 1;
+        for (size_t c = 0; c < 3; c++)
+            colour = fmax(colour, fabs(four.out[4 * i + c] - three.out[3 * i + c]));
+    }
+    CHECK(most == 1 && n_full > 100);
+    CHECK(colour == 0);
+    /* What the caller has above 1 in focus is the caller's. */
+    for (size_t i = 0; i < frame_pixels(&four); i++) {
+        four.depth[i] = PLAIN_FOCUS;
+        four.colour[4 * i + 3] = 3;
+    }
+    plain_params(&params, RF_METHOD_SCATTER);
+    REQUIRE(frame_filter(&four, &params, 2, NULL) == RF_OK);
+    CHECK(memcmp(four.out, four.colour, frame_bytes(&four)) == 0);
+    frame_free(&four);
+    frame_free(&three);
+}
+
 /* Three equal channels give what one channel gives. */
 static void grey_is_one_channel_of_rgb(void)
 {
@@ -270,6 +304,7 @@ int main(int argc, char **argv)
     TEST(a_sharp_object_keeps_its_edge);
     TEST(the_matte_composites_like_the_whole_picture);
     TEST(opaque_stays_opaque);
+    TEST(scatter_has_no_alpha_above_one);
     TEST(grey_is_one_channel_of_rgb);
     TEST(film_depth_chooses_by_alpha);
     TEST(rims_take_their_depth);

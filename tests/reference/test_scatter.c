@@ -2,7 +2,8 @@
 /*
  * Yu's uniform distribution word for word: every pixel whose offset satisfies
  * hypot(row, col) < radius receives colour / (number of such pixels); the pixel itself
- * always does. Pixels outside the picture count, and their light is lost.
+ * always does. Pixels outside the picture count, and their light is lost. Alpha, which Yu
+ * has not, ends at 1, or at the pixel's own.
  */
 #include "physics/frames.h"
 #include "testing.h"
@@ -34,6 +35,8 @@ static void model(const struct frame *f, const float *radius, double *out)
                             (double)frame_at(f, f->colour, x, y)[c] / n;
                 }
         }
+    for (size_t i = 3; f->channels == 4 && i < 4 * frame_pixels(f); i += 4)
+        out[i] = fmin(out[i], fmax(f->colour[i], 1));
 }
 
 static void coc(const struct frame *f, const struct rf_params *params, float *radius)

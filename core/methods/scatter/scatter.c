@@ -32,6 +32,8 @@
  * Cost: the uniform distribution adds two differences per row of the circle, O(r) per
  * pixel; the others every pixel of it, O(r^2). Sums run in double precision, so that a
  * highlight leaves no trace beside it.
+ *
+ * Alpha, the fourth plane, ends at 1; the colours, which also overlap, keep their light.
  */
 #include "methods/scatter/scatter.h"
 
@@ -412,6 +414,20 @@ static void scatter_picture(const struct scatter *s, int x, int y, int y0, int y
     }
 }
 
+/*
+ * Circles before and behind each other add up to an alpha above 1, behind which a layer
+ * below would be taken away: no more than 1, or than the pixel itself has.
+ */
+static void cap_alpha(const struct scatter *s, int y0, int y1)
+{
+    const struct rf_frame *f = s->work->frame;
+    size_t from = (size_t)y0 * (size_t)f->width, to = (size_t)y1 * (size_t)f->width;
+    const float *own = s->source + 3 * (size_t)f->width * (size_t)f->height;
+    float *alpha = s->work->colour[3];
+    for (size_t i = from; i < to; i++)
+        alpha[i] = rf_min_float(alpha[i], rf_max_float(own[i], 1));
+}
+
 static void finish_band(const struct scatter *s, int y0, int y1, const double *band)
 {
     const struct rf_work *work = s->work;
@@ -427,6 +443,8 @@ static void finish_band(const struct scatter *s, int y0, int y1, const double *b
                 out[x] = (float)sum;
             }
         }
+    if (n_planes == 4)
+        cap_alpha(s, y0, y1);
 }
 
 static void run_band(const struct scatter *s, int band_index, double *band)
