@@ -516,11 +516,12 @@ static int summarise(const struct sequence *sequence, double seconds)
             "%d frame%s: %d filtered, %d skipped, %d failed, %d left; %.1f s",
             sequence->n_frames, sequence->n_frames == 1 ? "" : "s", n_made,
             count(sequence, SKIPPED), n_failed, n_open, seconds);
+    const int sizes = warn_of_sizes(sequence);
     /* Each failure has been said: the error has no words of its own. */
     if (code != APP_DONE)
         app_fail(sequence->error, code, "%s", "");
     else
-        code = warn_of_sizes(sequence);
+        code = sizes;
     return os_is_interrupted() ? APP_INTERRUPTED : code;
 }
 

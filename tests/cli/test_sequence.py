@@ -311,3 +311,7 @@ def test_frames_of_different_sizes_are_said(run, shot, scene, tmp_path):
     scene("shot.0003.exr", size=(24, 16))
     said = run(pattern, "--anew").stderr
     assert "frames are of different sizes: 3 is 24 x 16 px, 1 is 48 x 32 px" in said
+    (tmp_path / "shot.0002.exr").write_bytes(b"damaged")
+    said = run(pattern, "--anew", code=1).stderr
+    assert "frames are of different sizes: 3 is 24 x 16 px" in said
+    assert "failed: frame 2" in said
