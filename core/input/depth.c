@@ -24,6 +24,7 @@
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
+#include <stdio.h>
 
 #include "base/context.h"
 #include "base/error.h"
@@ -188,6 +189,21 @@ rf_result rf_fail_empty_depth(struct rf_error *error)
                    "and its kind (nothing but sky is infinity or 1e10 everywhere)");
 }
 
+void rf_bad_depth_words(const struct rf_params *params, double value,
+                        char words[RF_BAD_DEPTH_WORDS])
+{
+    const double scale = params->depth_scale, offset = params->depth_offset;
+    const bool is_buffer = params->depth >= RF_DEPTH_BUFFER &&
+                           params->depth <= RF_DEPTH_BUFFER_REVERSED_INFINITE;
+    int n = 0;
+    if (!isnan(value) && (scale != 1 || offset != 0))
+        n = snprintf(words, RF_BAD_DEPTH_WORDS,
+                     ", %g by depth-scale %g and depth-offset %g",
+                     value * scale + offset, scale, offset);
+    snprintf(words + n, (size_t)(RF_BAD_DEPTH_WORDS - n), ": NaN or %s",
+             is_buffer ? "outside of 0 to 1" : "negative");
+}
+
 static rf_result report(const struct depth_map *map, const struct rf_image *depth,
                         const struct row_tally *rows, int64_t *n_known,
                         struct rf_error *error)
@@ -200,13 +216,16 @@ static rf_result report(const struct depth_map *map, const struct rf_image *dept
         n_bad += rows[y].n_bad;
         known += rows[y].n_known;
     }
-    if (n_bad)
-        return rf_fail(
-            error, RF_ERROR_DEPTH, "depth",
-            "%lld bad depth value%s, the first is %g at pixel (%d, %d): NaN, "
-            "negative or out of its range; check which kind of depth it is",
-            (long long)n_bad, n_bad == 1 ? "" : "s", rows[first].bad_value,
-            map->x + rows[first].bad_x, map->y + first);
+    if (n_bad) {
+        char words[RF_BAD_DEPTH_WORDS];
+        rf_bad_depth_words(map->params, (double)rows[first].bad_value, words);
+        return rf_fail(error, RF_ERROR_DEPTH, "depth",
+                       "%lld bad depth value%s, the first is %g at pixel (%d, %d)%s; "
+                       "check which kind of depth it is",
+                       (long long)n_bad, n_bad == 1 ? "" : "s",
+                       (double)rows[first].bad_value, map->x + rows[first].bad_x,
+                       map->y + first, words);
+    }
     if (n_known)
         *n_known = known;
     else if (!known)

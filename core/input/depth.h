@@ -22,6 +22,14 @@ rf_result rf_depth_to_radius(const struct rf_frame *frame, const struct rf_image
 rf_result rf_fail_empty_depth(struct rf_error *error);
 
 /*
+ * Why `value` cannot be a depth, as the end of a sentence that names it: what scale and
+ * offset make of it, and what it has to be.
+ */
+enum { RF_BAD_DEPTH_WORDS = 128 };
+void rf_bad_depth_words(const struct rf_params *params, double value,
+                        char words[RF_BAD_DEPTH_WORDS]);
+
+/*
  * One value of a depth channel at pixel (x, y): its planar distance, INFINITY where
  * nothing was hit, NAN where it cannot be a depth; *radius receives its signed radius.
  */

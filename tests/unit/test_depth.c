@@ -217,6 +217,27 @@ static void bad_values_name_the_first_pixel_and_the_count(void)
         }
 }
 
+/* A good number that scale and offset make bad is told from one that is bad itself. */
+static void bad_values_say_what_scale_and_offset_made_of_them(void)
+{
+    struct rf_params p;
+    float depth[N];
+    params_of_kind(&p, RF_DEPTH_PLANAR);
+    p.depth_scale = -1;
+    p.depth_offset = 2;
+    for (int i = 0; i < N; i++)
+        depth[i] = 6;
+    expect_error(&p, depth, "the first is 6 at pixel",
+                 ", -4 by depth-scale -1 and depth-offset 2: NaN or negative; check");
+    p.depth_scale = 1;
+    p.depth_offset = 0;
+    depth[0] = -3;
+    expect_error(&p, depth, "the first is -3", "(0, 0): NaN or negative; check");
+    params_of_kind(&p, RF_DEPTH_BUFFER);
+    depth[0] = 1;
+    expect_error(&p, depth, "the first is 6", ": NaN or outside of 0 to 1; check");
+}
+
 static void a_buffer_stays_in_its_range(void)
 {
     for (int kind = RF_DEPTH_BUFFER; kind <= RF_DEPTH_BUFFER_REVERSED_INFINITE;
@@ -362,6 +383,7 @@ int main(int argc, char **argv)
     TEST(infinity_is_so_of_turned_numbers);
     TEST(scale_and_offset);
     TEST(bad_values_name_the_first_pixel_and_the_count);
+    TEST(bad_values_say_what_scale_and_offset_made_of_them);
     TEST(a_buffer_stays_in_its_range);
     TEST(all_infinite_is_all_blurred);
     TEST(nothing_but_0_is_an_error);

@@ -157,7 +157,8 @@ static void check_row(const struct rf_deep_work *d, int y, struct tally *t)
     }
 }
 
-static rf_result report_tallies(const struct tally *rows, int height,
+static rf_result report_tallies(const struct rf_params *params,
+                                const struct tally *rows, int height,
                                 struct rf_error *error)
 {
     int64_t n_depth = 0, n_pixel = 0;
@@ -168,13 +169,16 @@ static rf_result report_tallies(const struct tally *rows, int height,
         n_depth += rows[y].n_depth;
         n_pixel += rows[y].n_pixel;
     }
-    if (n_depth)
+    if (n_depth) {
+        char words[RF_BAD_DEPTH_WORDS];
+        rf_bad_depth_words(params, (double)rows[y_depth].depth, words);
         return rf_fail(error, RF_ERROR_DEPTH, "depth",
                        "%lld deep sample%s with a bad depth, the first is %g at pixel "
-                       "(%d, %d): NaN, negative or out of its range; check which kind "
-                       "of depth it is",
+                       "(%d, %d)%s; check which kind of depth it is",
                        (long long)n_depth, n_depth == 1 ? "" : "s",
-                       (double)rows[y_depth].depth, rows[y_depth].x_depth, y_depth);
+                       (double)rows[y_depth].depth, rows[y_depth].x_depth, y_depth,
+                       words);
+    }
     if (n_pixel)
         return rf_fail(error, RF_ERROR_PIXEL, "colour",
                        "%lld deep sample%s with NaN, infinite colour or negative "
@@ -236,7 +240,7 @@ rf_result rf_deep_check(struct rf_deep_work *d, struct rf_error *error)
         return rf_fail_memory(error, (size_t)deep->height, sizeof *rows);
     struct checking checking = {d, rows};
     rf_parallel(context, deep->height, 8, check_rows, &checking);
-    rf_result result = report_tallies(rows, deep->height, error);
+    rf_result result = report_tallies(&d->frame->params, rows, deep->height, error);
     if (result == RF_OK)
         remark_above(d, rows);
     rf_free(context, rows);
