@@ -397,6 +397,19 @@ static int check_eyes(const struct filter_options *tool, const struct eye *eyes,
     return APP_DONE;
 }
 
+/* A view's name chooses that one alone; the other has no such layer. */
+static int check_layer(const struct filter_options *tool, const struct eye *eyes, int n,
+                       struct image_error *error)
+{
+    for (int i = 0; i < n && tool->layer; i++)
+        if (eyes[i].is_inside && strcmp(eyes[i].name, tool->layer) == 0)
+            return app_fail(error, APP_USAGE,
+                            "--layer %s: names one view, and --stereo filters all of "
+                            "them; leave one of the two out",
+                            tool->layer);
+    return APP_DONE;
+}
+
 int filter_stereo(const struct filter_options *tool, struct settings *settings,
                   char *const *paths, int n_paths, struct image_error *error)
 {
@@ -409,6 +422,8 @@ int filter_stereo(const struct filter_options *tool, struct settings *settings,
         n = 0;
     if (n == 0 || !picture_check_writable(tool->output, error))
         return fail_image(error);
+    if (check_layer(tool, eyes, n, error) != APP_DONE)
+        return APP_USAGE;
     if (filter_has_view_mark(tool->output)) {
         const int code = check_eyes(tool, eyes, n, paths, n_paths, error);
         return code == APP_DONE ? filter_eyes(tool, settings, eyes, n, NULL, error)

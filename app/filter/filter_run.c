@@ -193,15 +193,20 @@ static int check_aperture_image(struct run *run)
     if (run->tool->distribution_image)
         return app_fail(run->error, APP_USAGE,
                         "--aperture-image: give it or --distribution-image, not both");
+    const char *name = method->has_layers ? "aperture" : "distribution";
+    const int32_t value = method->has_layers ? params->aperture : params->distribution;
+    const int32_t image =
+        method->has_layers ? RF_APERTURE_IMAGE : RF_DISTRIBUTION_IMAGE;
     if (!method->has_layers && params->method != RF_METHOD_SCATTER)
         return app_fail(run->error, APP_USAGE,
                         "--aperture-image: is for the methods layered, views and "
                         "scatter; %s has no aperture of its own",
                         method->name);
-    if (method->has_layers)
-        settings_set(run->settings, "aperture", "image", NULL);
-    else
-        settings_set(run->settings, "distribution", "image", NULL);
+    if (settings_origin(run->settings, name) == ORIGIN_COMMAND_LINE && value != image)
+        return app_fail(run->error, APP_USAGE,
+                        "--aperture-image: goes with --%s image, which can be left out",
+                        name);
+    settings_set(run->settings, name, "image", NULL);
     return APP_DONE;
 }
 

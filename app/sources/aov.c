@@ -77,6 +77,11 @@ bool aovs_find(struct aovs *aovs, const struct source *source, const char *names
     *aovs = (struct aovs){.channels = app_memory((size_t)n, sizeof(int), error)};
     if (!aovs->channels)
         return false;
+    if (names[strspn(names, ",")] == '\0')
+        return set_error(error,
+                         "--filter-layers: '%s' names no layer; give the names "
+                         "of layers, separated by commas",
+                         names);
     for (const char *name = names; *name;) {
         const size_t length = strcspn(name, ",");
         if (length && !find_one(aovs, source, name, length, error))

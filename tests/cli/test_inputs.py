@@ -197,6 +197,8 @@ def test_identifiers_pass_through_and_are_not_blurred(rackfocus, scene, tmp_path
     arguments = [path, "-o", out, "--filter-layers", "CryptoObject00"]
     done = rackfocus("filter", *arguments, code=1)
     assert "holds identifiers" in done.stderr
+    done = rackfocus("filter", *arguments[:-1], ",", code=1)
+    assert "--filter-layers: ',' names no layer" in done.stderr
 
 
 def light_groups(channels):

@@ -62,6 +62,14 @@ def test_a_look_that_cannot_be_read(rackfocus, scene, tmp_path, monkeypatch):
             ["--aperture-image", "a.exr", "--method", "box"],
             "layered, views and scatter",
         ),
+        (
+            ["--aperture-image", "a.exr", "--aperture", "disc"],
+            "--aperture-image: goes with --aperture image, which can be left out",
+        ),
+        (
+            [*"--aperture-image a.exr --method scatter --distribution ring".split()],
+            "--aperture-image: goes with --distribution image, which can be left out",
+        ),
     ],
 )
 def test_what_is_wrong_is_said(rackfocus, scene, tmp_path, options, part):

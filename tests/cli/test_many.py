@@ -255,6 +255,14 @@ def test_one_eye_says_so(rackfocus, pair, both, tmp_path, layer):
     assert "multiView" in plainexr.read(out)[1]
 
 
+def test_stereo_of_one_view(rackfocus, both, tmp_path):
+    """Said before any work, where the second eye had no layer of the first one's name."""
+    arguments = ["filter", both, "--stereo", "-o", tmp_path / "out.exr"]
+    done = rackfocus(*arguments, "--layer", "left", code=2)
+    assert "--layer left: names one view" in done.stderr and done.stdout == ""
+    assert not list(tmp_path.glob("out*"))
+
+
 def test_eyes_in_windows(rackfocus, scene, tmp_path):
     """The same file where the picture is filtered strip by strip."""
     path = scene("large.exr", size=(1600, 1600), attributes=LENS)
