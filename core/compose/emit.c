@@ -74,12 +74,18 @@ void rf_samples_put(struct rf_samples *out, const struct rf_sample *s)
     out->n++;
 }
 
-/* Luminance that a pixel of that alpha has where it is as dark as its surroundings. */
+/*
+ * Luminance that a pixel of that alpha has where it is as dark as its surroundings. What
+ * has none, such as the light of a sky, is compared with them as if it were opaque.
+ */
+static float shade_of(float alpha, float darkest)
+{
+    return (alpha > 0 ? alpha : 1) * rf_max_float(darkest, 0);
+}
+
 static float shade_at(const struct rf_picture *picture, float alpha, int x, int y)
 {
-    float darkest =
-        rf_max_float(rf_plane_row(&picture->pixels, picture->darkest, y)[x], 0);
-    return rf_max_float(alpha, 0) * darkest;
+    return shade_of(alpha, rf_plane_row(&picture->pixels, picture->darkest, y)[x]);
 }
 
 void rf_picture_emit(const struct rf_picture *picture, struct rf_sample p, int x, int y,
@@ -113,8 +119,8 @@ void rf_picture_emit_pixel(const struct rf_picture *picture, int x, int y,
 
 static inline bool is_bright(const struct rf_surface *p, float darkest)
 {
-    float shade = rf_max_float(p->c[3], 0) * rf_max_float(darkest, 0);
-    return rf_luminance(p->c[0], p->c[1], p->c[2]) > bright_limit(p->r) * shade;
+    return rf_luminance(p->c[0], p->c[1], p->c[2]) >
+           bright_limit(p->r) * shade_of(p->c[3], darkest);
 }
 
 bool rf_picture_is_bright(const struct rf_picture *picture, const struct rf_surface *p,

@@ -211,26 +211,6 @@ static bool find_sides(const struct scratch *s, const struct rf_pixels *p, int x
     return true;
 }
 
-/*
- * Before transparent film alpha tells the share exactly, and nothing of the colour
- * belongs to the far side.
- */
-static void split_by_alpha(const struct rf_surface *c, const struct rf_surface *f,
-                           const struct edge *e, const struct rf_surface *b,
-                           struct rf_surface *near, struct rf_surface *far,
-                           float *share)
-{
-    float a = rf_split_share_of(c->c[3] / f->c[3]);
-    bool is_near = c->r <= e->threshold;
-    near->r = is_near ? c->r : f->r;
-    far->r = is_near ? b->r : c->r;
-    for (int n = 0; n < 4; n++) {
-        near->c[n] = a > 0 ? c->c[n] / a : f->c[n];
-        far->c[n] = 0;
-    }
-    *share = a;
-}
-
 /* How a pixel lies between two surfaces. */
 struct position {
     float unit; /* by which colours are multiplied, before they are squared */
@@ -312,6 +292,41 @@ static void share_colour(const struct rf_surface *c, const struct rf_surface *f,
         near->c[n] = ff;
         far->c[n] = bb;
     }
+}
+
+/* Has what is behind an edge light of its own: a sky that has no alpha? */
+static bool is_lit(const struct rf_surface *b, const struct rf_surface *f)
+{
+    float light = 0, others = 0;
+    for (int n = 0; n < 3; n++) {
+        light += fabsf(b->c[n]);
+        others += fabsf(f->c[n]);
+    }
+    return light > EMPTY * others;
+}
+
+/*
+ * Before transparent film alpha tells the share exactly. Nothing of the colour belongs
+ * to the far side, unless the film is lit.
+ */
+static void split_by_alpha(const struct rf_surface *c, const struct rf_surface *f,
+                           const struct edge *e, const struct rf_surface *b,
+                           struct rf_surface *near, struct rf_surface *far,
+                           float *share)
+{
+    static const struct rf_surface nothing;
+    float a = rf_split_share_of(c->c[3] / f->c[3]);
+    bool is_near = c->r <= e->threshold, has_light = is_lit(b, f);
+    const struct rf_surface *behind = !has_light ? &nothing : a > 0 ? b : c;
+    for (int n = 0; n < 4; n++) {
+        near->c[n] = a > 0 ? c->c[n] / a : f->c[n];
+        far->c[n] = behind->c[n];
+    }
+    if (has_light && a > 0 && a < 1)
+        share_colour(c, f, b, a, near, far);
+    near->r = is_near ? c->r : f->r;
+    far->r = is_near ? b->r : c->r;
+    *share = a;
 }
 
 static bool split_edge(const struct scratch *s, const struct rf_pixels *p, int x, int y,

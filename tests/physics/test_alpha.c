@@ -145,6 +145,49 @@ static void opaque_stays_opaque(void)
     frame_free(&three);
 }
 
+/*
+ * V-Ray, Arnold and others write the light of a sky with an alpha of 0. The colours are
+ * those of a sky that is opaque: no dark seam around what stands before it, whatever is
+ * in focus.
+ */
+static void check_lit_sky(double r_object, double r_sky)
+{
+    struct frame f = cut_out(r_object, false, 0), opaque = frame_make(WIDTH, HEIGHT, 3);
+    struct rf_params params;
+    plain_params(&params, RF_METHOD_LAYERED);
+    params.max_radius = fmax(fabs(r_sky), 1);
+    for (size_t i = 0; i < frame_pixels(&f); i++) {
+        float *c = f.colour + 4 * i;
+        for (int k = 0; k < 3; k++) {
+            c[k] += (1 - c[3]) * (float)(0.5 + 0.2 * k);
+            opaque.colour[3 * i + (size_t)k] = c[k];
+        }
+        opaque.depth[i] = f.depth[i];
+    }
+    REQUIRE(frame_filter(&f, &params, 2, NULL) == RF_OK);
+    REQUIRE(frame_filter(&opaque, &params, 2, NULL) == RF_OK);
+    double worst = 0, sum = 0;
+    for (size_t i = 0; i < frame_pixels(&f); i++)
+        for (size_t k = 0; k < 3; k++) {
+            double d = fabs(f.out[4 * i + k] - opaque.out[3 * i + k]);
+            worst = fmax(worst, d);
+            sum += d * d;
+        }
+    CHECK_NEAR(sqrt(sum / (double)frame_pixels(&f) / 3), 0, 0.004);
+    if (!testing_check(worst < 0.06, __FILE__, __LINE__, "lit sky"))
+        printf("#     object %g px, sky %g px: off by %g\n", r_object, r_sky, worst);
+    frame_free(&f);
+    frame_free(&opaque);
+}
+
+static void a_lit_sky_without_alpha_has_no_seam(void)
+{
+    check_lit_sky(0, 4);
+    check_lit_sky(-4, 4);
+    check_lit_sky(-9, 0.5);
+    check_lit_sky(3, 12);
+}
+
 /* A thing in focus before a blurred ground: circles overlap, and alpha is no sum of them. */
 static void scatter_has_no_alpha_above_one(void)
 {
@@ -304,6 +347,7 @@ int main(int argc, char **argv)
     TEST(a_sharp_object_keeps_its_edge);
     TEST(the_matte_composites_like_the_whole_picture);
     TEST(opaque_stays_opaque);
+    TEST(a_lit_sky_without_alpha_has_no_seam);
     TEST(scatter_has_no_alpha_above_one);
     TEST(grey_is_one_channel_of_rgb);
     TEST(film_depth_chooses_by_alpha);
