@@ -282,11 +282,45 @@ static bool write_coc(const struct run *run, const struct image_attribute *filte
     return image_write(run->tool->output_coc, &output, run->n_threads, error);
 }
 
+/*
+ * Pixels that a PNG shows as transparent though they have light: more than UNSEEN, of an
+ * alpha that 8 bits round to 0.
+ */
+static size_t count_unseen(const struct run *run)
+{
+    static const float UNSEEN = 0.02f, NO_ALPHA = 0.5f / 255;
+    const size_t n = (size_t)run->source.width * (size_t)run->source.height;
+    size_t n_unseen = 0;
+    for (size_t i = 0; run->source.n_channels == 4 && i < n; i++) {
+        const float *c = run->colour + 4 * i;
+        n_unseen +=
+            c[3] < NO_ALPHA && (c[0] > UNSEEN || c[1] > UNSEEN || c[2] > UNSEEN);
+    }
+    return n_unseen;
+}
+
+static int warn_of_unseen(const struct run *run, struct image_error *error)
+{
+    const double n = (double)run->source.width * (double)run->source.height;
+    const double share = (double)count_unseen(run) / n;
+    if (share < 0.01)
+        return APP_DONE;
+    return app_warn(
+        run->tool->host, error,
+        "%s: %.0f %% of the picture have light but no alpha, as skies of "
+        "V-Ray and Arnold do, and a PNG shows them as transparent; write "
+        ".exr, or take the alpha out of the input: oiiotool %s --ch R,G,B,Z "
+        "-d Z=float -o opaque.exr",
+        run->tool->output, 100 * share, image_path(run->source.colour));
+}
+
 static bool write_picture(const struct run *run, const struct image_attribute *filtered,
                           struct image_error *error)
 {
     if (picture_kind(run->tool->output) == PICTURE_EXR)
         return write_exr(run, filtered, error);
+    if (warn_of_unseen(run, error) != APP_DONE)
+        return false;
     return image_write_png(run->tool->output, run->colour, run->source.width,
                            run->source.height, run->source.n_channels,
                            run->tool->png_bits == FILTER_PNG_16 ? 16 : 8, false, error);

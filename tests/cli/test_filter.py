@@ -207,6 +207,26 @@ def test_coc(rackfocus, scene, tmp_path):
     assert abs(found - expected).max() < 1e-5
 
 
+def test_png_of_a_sky_without_alpha(rackfocus, scene, tmp_path):
+    """Its light is in the file, and transparent."""
+
+    def lit_sky(channels):
+        channels["A"] = (channels["Z"] < 5).astype("f4")
+
+    path, png, exr = scene(change=lit_sky), tmp_path / "o.png", tmp_path / "o.exr"
+    said = rackfocus("filter", path, "-o", png, *LENS).stderr
+    assert f"{png}: 8" in said and "% of the picture have light but no alpha" in said
+    assert "no alpha" not in rackfocus("filter", path, "-o", exr, *LENS).stderr
+
+    def film(channels):
+        lit_sky(channels)
+        for name in "RGB":
+            channels[name] *= channels["A"]
+
+    path = scene(change=film)
+    assert "no alpha" not in rackfocus("filter", path, "-o", png, *LENS).stderr
+
+
 @pytest.mark.parametrize("bits", [8, 16])
 def test_png(rackfocus, scene, tmp_path, bits):
     out = tmp_path / "out.PNG"
