@@ -113,6 +113,9 @@ int filter_warn_environment(const struct run *run);
 /* Warns where discs are round in stored pixels and pixels are not square. */
 int filter_warn_aspect(const struct run *run);
 
+/* Of looks that depend on the place, in a picture that is a part of its frame. */
+int filter_warn_window(const struct run *run);
+
 /* Other layers of which something is left out that the picture has. */
 int filter_warn_layers(const struct run *run);
 

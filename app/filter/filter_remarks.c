@@ -264,6 +264,43 @@ int filter_warn_aspect(const struct run *run)
                     rf_method_find(params->method)->name, params->pixel_aspect);
 }
 
+/* The first parameter that is measured in the picture and has an effect; NULL: none. */
+static const char *find_look_of_place(const struct run *run)
+{
+    static const char *const keys[] = {
+        "cat-eye",       "astigmatism",   "swirl",       "barn-left",
+        "barn-right",    "barn-top",      "barn-bottom", "field-curvature",
+        "split-diopter", "lateral-chroma"};
+    for (size_t i = 0; i < sizeof keys / sizeof *keys; i++) {
+        char text[RF_PARAM_TEXT_BYTES];
+        const struct rf_param_info *info = rf_param_find(keys[i]);
+        if (rf_params_get(&run->params, keys[i], text, sizeof text) == RF_OK &&
+            strtod(text, NULL) != 0 && !why_unread(run, info))
+            return keys[i];
+    }
+    return NULL;
+}
+
+int filter_warn_window(const struct run *run)
+{
+    const struct source *source = &run->source;
+    const struct image_box *data = &source->info.data_window;
+    const struct image_box *display = &source->info.display_window;
+    const char *key =
+        memcmp(data, display, sizeof *data) != 0 ? find_look_of_place(run) : NULL;
+    if (!key)
+        return APP_DONE;
+    const char *path = image_path(source->colour);
+    return app_warn(
+        run->tool->host, run->error,
+        "--%s: is measured in the data window of %s, %d x %d px, not in its "
+        "display window, %d x %d px: the result is not as in the whole "
+        "picture; fill that up: oiiotool %s --croptofull -o whole.exr",
+        key, path, (int)source->width, (int)source->height,
+        (int)(display->max_x - display->min_x + 1),
+        (int)(display->max_y - display->min_y + 1), path);
+}
+
 /* ---- radii ------------------------------------------------------------------------
  */
 

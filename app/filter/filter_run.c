@@ -290,6 +290,8 @@ static int read_facts(struct run *run)
     if (code == APP_DONE)
         code = filter_warn_aspect(run);
     if (code == APP_DONE)
+        code = filter_warn_window(run);
+    if (code == APP_DONE)
         code = filter_warn_environment(run);
     return code == APP_DONE ? filter_warn_layers(run) : code;
 }

@@ -240,6 +240,21 @@ def test_png(rackfocus, scene, tmp_path, bits):
     assert float(text.split()[-2]) > (50 if bits == 8 else 60)
 
 
+def test_looks_of_a_crop_are_warned_of(rackfocus, scene, tmp_path):
+    """They are measured in what is there."""
+    out = tmp_path / "o.exr"
+    crop = scene("crop.exr", data=(3, 4, 50, 35), display=(0, 0, 99, 79))
+    said = rackfocus("filter", crop, "-o", out, *LENS, "--swirl", "0.5").stderr
+    assert "--swirl: is measured in the data window of" in said
+    assert "48 x 32 px" in said and "100 x 80 px" in said and "--croptofull" in said
+    assert "window" not in rackfocus("filter", crop, "-o", out, *LENS).stderr
+    box = ["--method", "box", "--swirl", "0.5"]
+    assert "data window" not in rackfocus("filter", crop, "-o", out, *LENS, *box).stderr
+    whole = scene()
+    options = [*LENS, "--swirl", "0.5"]
+    assert "window" not in rackfocus("filter", whole, "-o", out, *options).stderr
+
+
 def test_window_of_a_crop(rackfocus, scene, tmp_path):
     """A crop in its display window is filtered as in the whole picture."""
     lens = ["--focus-distance", "6", "--lens-radius", "0.05", "--depth", "radial"]
