@@ -6,6 +6,7 @@ import json
 import struct
 
 import numpy
+import OpenImageIO
 import plainexr
 import pytest
 
@@ -282,3 +283,26 @@ def test_orthographic(filtered):
     perspective, _ = filtered("--type", "float")
     orthographic, _ = filtered("--type", "float", *arguments)
     assert abs(perspective["R"] - orthographic["R"]).max() > 0.01
+
+
+def test_colours_that_are_no_numbers_are_mended(rackfocus, scene, tmp_path):
+    """The command that is named does it."""
+
+    def break_two(channels):
+        channels["R"][4, 5], channels["G"][20, 30] = numpy.nan, numpy.inf
+
+    path, out = scene(change=break_two), tmp_path / "o.exr"
+    done = rackfocus("filter", path, "-o", out, *LENS, code=1)
+    assert (
+        "2 colour values are NaN or infinite, the first at pixel (5, 4)" in done.stderr
+    )
+    assert (
+        f"oiiotool {path} --ch R,G,B --fixnan box3 -o colour.exr, and filter "
+        f"colour.exr --depth-file {path}"
+    ) in done.stderr
+    buffer = OpenImageIO.ImageBuf(str(path))
+    colour = OpenImageIO.ImageBufAlgo.channels(buffer, ("R", "G", "B"))
+    mended = OpenImageIO.ImageBuf()
+    OpenImageIO.ImageBufAlgo.fixNonFinite(mended, colour, OpenImageIO.NONFINITE_BOX3)
+    mended.write(str(tmp_path / "colour.exr"))
+    rackfocus("filter", tmp_path / "colour.exr", "--depth-file", path, "-o", out, *LENS)
