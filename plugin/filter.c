@@ -20,6 +20,17 @@ static int take_picture(PyObject *keywords, PyObject **picture)
     return -1;
 }
 
+/* A picture of the aperture that the other parameters leave without effect is said. */
+static int warn_of_picture(const struct module_state *state,
+                           const struct rf_params *params)
+{
+    if (params->method == RF_METHOD_SCATTER || params->aperture == RF_APERTURE_IMAGE)
+        return 0;
+    return PyErr_WarnFormat(state->unread_warning, 1,
+                            "distribution_image: has no effect: it is for "
+                            "aperture=\"image\" or method=\"scatter\"");
+}
+
 /* Makes the filter, with the picture of its distribution where that is not NULL. */
 static int make_filter(const struct module_state *state, struct plugin_filter *self,
                        const struct rf_params *params, PyObject *picture)
@@ -53,7 +64,8 @@ static PyObject *filter_create(PyTypeObject *type, PyObject *args, PyObject *key
                    plugin_read_params(state, rest, &params) == 0;
     if (is_read && picture)
         params.distribution = RF_DISTRIBUTION_IMAGE;
-    is_read = is_read && plugin_warn_unread(state, rest, &params) == 0;
+    is_read = is_read && plugin_warn_unread(state, rest, &params) == 0 &&
+              (!picture || warn_of_picture(state, &params) == 0);
     Py_XDECREF(rest);
     if (!is_read) {
         Py_XDECREF(picture);
@@ -566,8 +578,9 @@ static PyType_Slot filter_slots[] = {
      "Parameters as in "
      "parameters(), by field name; enumerated ones by name. distribution_image: "
      "picture of the aperture, (height, width) or (height, width, 1, 3 or 4) float32, "
-     "for the method scatter; its light is normalised to 1. Immutable; may be shared "
-     "by threads, and process() releases the lock of the interpreter."},
+     "for the method scatter, and for others with aperture=\"image\"; its light is "
+     "normalised to 1. Immutable; may be shared by threads, and process() releases the "
+     "lock of the interpreter."},
     {Py_tp_new, filter_create},
     {Py_tp_dealloc, filter_dealloc},
     {Py_tp_methods, filter_methods},

@@ -103,7 +103,10 @@ static int set_number(const struct module_state *state, struct rf_params *params
 {
     struct rf_error error;
     double number = PyFloat_AsDouble(value);
-    if (number == -1 && PyErr_Occurred()) {
+    if (number == -1 && PyErr_Occurred() && !rf_param_find(name)) {
+        PyErr_Clear(); /* its value does not matter */
+        number = 0;
+    } else if (number == -1 && PyErr_Occurred()) {
         PyErr_Format(PyExc_TypeError, "%s: a number or a text is needed", name);
         return -1;
     }

@@ -7,6 +7,7 @@ import os
 import re
 import subprocess
 import threading
+import warnings
 
 import numpy as np
 import OpenImageIO as oiio
@@ -146,11 +147,12 @@ def test_depth_of_field_is_where_the_radius_reaches_the_limit():
 def test_energy_is_kept(channels):
     """A bright dot far from the borders keeps its light."""
     colour = np.zeros((80, 80, channels), np.float32)
-    colour[40, 40] = 100
+    colour[40, 40], colour[..., 3:] = 100, 1
     depth = np.full((80, 80), 1.5, np.float32)
     out = filtered(colour, depth, f_stop=0.1)
     assert out[40, 40, 0] < 50
-    assert np.allclose(out.sum((0, 1)), 100, rtol=1e-4)
+    assert np.allclose(out[..., :3].sum((0, 1)), 100, rtol=1e-4)
+    assert (out[20:60, 20:60, 3:] > 0.999).all() and (out[..., 3:] <= 1).all()
 
 
 def test_grey_needs_no_third_dimension():
@@ -597,12 +599,33 @@ def test_a_picture_as_the_distribution():
     assert image == pytest.approx(brighter, rel=1e-5)
     assert np.abs(image - filtered(colour, depth)).max() > 0.01
     with pytest.raises(rackfocus.PixelError):
-        rackfocus.Filter(9, 9, distribution_image=0 * ramp)
+        rackfocus.Filter(9, 9, distribution_image=0 * ramp, aperture="image")
     with pytest.raises(TypeError, match="distribution_image"):
-        rackfocus.Filter(9, 9, distribution_image="ring.png")
+        rackfocus.Filter(9, 9, distribution_image="ring.png", aperture="image")
     with pytest.raises(rackfocus.ParameterError) as caught:
         filtered(colour, depth, distribution="image")
     assert caught.value.field == "distribution"
+
+
+def test_a_picture_that_nothing_reads():
+    """Neither the picture nor a keyword that is none goes by in silence."""
+    colour, depth = make_frame(channels=3)
+    ramp = np.outer(np.arange(1, 9), np.arange(1, 6)).astype(np.float32)
+    plain = rackfocus.apply(colour, depth, **LENS)
+    told = pytest.warns(
+        rackfocus.UnreadParameterWarning, match="distribution_image: has no effect"
+    )
+    with told:
+        image = rackfocus.apply(colour, depth, distribution_image=ramp, **LENS)
+    assert (image == plain).all()
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        image = rackfocus.apply(
+            colour, depth, distribution_image=ramp, aperture="image", **LENS
+        )
+    assert np.abs(image - plain).max() > 0.01
+    with pytest.raises(rackfocus.ParameterError, match="no parameter aperture_image"):
+        rackfocus.apply(colour, depth, aperture_image=ramp, **LENS)
 
 
 def test_what_is_not_read_says_why():
