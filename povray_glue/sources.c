@@ -4,8 +4,8 @@
 #include <errno.h>
 #include <stdlib.h>
 #include <string.h>
-#include <strings.h>
 
+#include "clear.h"
 #include "clock.h"
 #include "ini.h"
 #include "path.h"
@@ -116,25 +116,6 @@ static void note_file(struct sources *sources, const struct tokens *tokens, int 
     add_name(&sources->written, &sources->n_written, name);
 }
 
-/* Does the word stand where something lets light through? Names of textures and finishes
- * count by what they are called: T_Glass3, Clear. */
-static bool is_of_clear(const struct tokens *tokens, int i)
-{
-    static const char *const words[] = {"rgbt",  "rgbf",   "rgbft",  "srgbt",
-                                        "srgbf", "srgbft", "filter", "transmit",
-                                        "alpha", "Clear",  "png"};
-    const struct token *token = &tokens->items[i];
-    if (token->kind != TOKEN_WORD)
-        return false;
-    for (size_t k = 0; k < sizeof words / sizeof *words; k++)
-        if (token_is_word(tokens, i, words[k]))
-            return true;
-    for (size_t at = token->begin; at + 5 <= token->end; at++)
-        if (strncasecmp(tokens->text + at, "glass", 5) == 0)
-            return true;
-    return false;
-}
-
 static void note_words(struct sources *sources, const struct tokens *tokens)
 {
     for (int i = 0; i < tokens->n; i++) {
@@ -142,7 +123,6 @@ static void note_words(struct sources *sources, const struct tokens *tokens)
         sources->has_radiosity |= token_is_word(tokens, i, "radiosity");
         sources->has_photons |= token_is_word(tokens, i, "photons");
         sources->has_media |= token_is_word(tokens, i, "media");
-        sources->has_clear |= is_of_clear(tokens, i);
         sources->has_now |= token_is_word(tokens, i, "now");
         sources->writes_files |= token_is_word(tokens, i, "Parse_String");
         if (token_is_directive(tokens, i, "fopen"))
@@ -206,6 +186,20 @@ static void load_header(struct sources *sources, const char *name)
     free(path);
 }
 
+/* Includes stand behind the files that include them: what they use is declared later. */
+static void note_clear(struct sources *sources)
+{
+    struct clear_names names = {0};
+    sources->has_clear = false;
+    for (int k = sources->n - 1; k >= 0; k--)
+        if (!sources->items[k].is_own)
+            clear_note_declared(&names, &sources->items[k].tokens);
+    for (int k = 0; k < sources->n && !sources->has_clear; k++)
+        sources->has_clear = sources->items[k].is_own &&
+                             clear_is_spoken_of(&names, &sources->items[k].tokens);
+    clear_free(&names);
+}
+
 bool sources_load(struct sources *sources, const char *scene, char *const *args,
                   int n_args, const char *temp_folder)
 {
@@ -218,6 +212,7 @@ bool sources_load(struct sources *sources, const char *scene, char *const *args,
         load_header(sources, header);
     else
         sources_free(sources);
+    note_clear(sources);
     free(header);
     errno = code;
     return is_loaded;
@@ -238,6 +233,7 @@ bool sources_add_computed(struct sources *sources, const char *name)
     char *path = sources_find(sources, name);
     int k = path ? load_file(sources, path) : -1;
     free(path);
+    note_clear(sources);
     return k >= 0 && sources->items[k].needs_copy && note_computed(sources, name);
 }
 

@@ -89,6 +89,15 @@ CLEAR = {
     "pane": "object { " + PANE.replace("THING", "") + " translate -z * 2.5 }",
     "texture": """#include "colors.inc"
         box { <-9, -9, -2.5>, <9, 9, -2.4> texture { pigment { Clear } } hollow }""",
+    "vector": """box { <-9, -9, -2.5>, <9, 9, -2.4>
+        pigment { color <0, 0, 0, 1, 1> } hollow }""",
+}
+MIRRORS = {
+    "number": "reflection 0.8",
+    "colour": "reflection rgb <0.6, 0.8, 0.8>",
+    "block": "reflection { 0.7, 0.9 fresnel off falloff 1 }",
+    "variable": "reflection #local Share = 0.8; Share",
+    "name": '#include "finish.inc"\n Mirror',
 }
 SEEN_THROUGH = "of the picture is seen through something flat and clear"
 
@@ -101,6 +110,14 @@ def test_what_is_seen_through_clear_things_is_told(depth, name):
     assert "accumulate" not in said
     after, said = depth(CLEAR[name], "--through-glass")
     assert said == "" and numpy.allclose(after[MIDDLE], 14, rtol=0.01)
+
+
+@pytest.mark.parametrize("name", MIRRORS)
+def test_what_flat_mirrors_show_is_told(depth, name):
+    """Without a word of clear things in the scene."""
+    mirror = MIRROR.replace("reflection 0.8", MIRRORS[name])
+    _, said = depth(mirror, "--aperture", 0.6)
+    assert SEEN_THROUGH in said and "--through-glass" in said
 
 
 def test_it_is_told_once_of_views_and_frames(depth):
