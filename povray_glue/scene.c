@@ -249,8 +249,8 @@ static bool explain_options(const struct povray_scene *scene, const char *log,
     return true;
 }
 
-void scene_explain(const struct povray_scene *scene, const struct run *run,
-                   struct povray_error *error)
+static void explain_run(const struct povray_scene *scene, const struct run *run,
+                        struct povray_error *error)
 {
     char *fatal = run_stream(run, "fatal"), *log = run_stream(run, "log"),
          *warnings = run_stream(run, "warning");
@@ -263,6 +263,45 @@ void scene_explain(const struct povray_scene *scene, const struct run *run,
     free(fatal);
     free(log);
     free(warnings);
+}
+
+/* Is the parse error in the lines that we put behind the scene? */
+static bool is_behind_scene(const struct povray_scene *scene, const struct run *run)
+{
+    const struct text *content = &scene->sources.items[0].content;
+    char *fatal = run_stream(run, "fatal");
+    const char *file = strstr(or_nothing(fatal), "File: ");
+    const char *line = strstr(or_nothing(fatal), "Line: ");
+    const char *ending = file && line ? strstr(file, ".pov") : NULL;
+    int n_lines = 1;
+    for (size_t i = 0; i < content->n; i++)
+        n_lines += content->data[i] == '\n';
+    const bool is_behind = ending && ending < line && atoi(line + 6) > n_lines;
+    free(fatal);
+    return is_behind;
+}
+
+/* A brace, an #end or a quote that the scene lacks reaches into our lines, whose words
+ * and numbers the error then names: has POV-Ray say it of the scene alone. */
+static void explain_alone(struct povray_scene *scene, struct povray_error *error)
+{
+    const struct scene_render render = {
+        .name = "alone", .mode = REWRITE_PINHOLE, .after = "+W8 +H8 -A"};
+    struct run run = {0}, *runs[] = {&run};
+    struct povray_error ignored = {.message = ""};
+    if (sources_write(&scene->sources, REWRITE_PINHOLE, "alone.pov", "", "") &&
+        scene_start_run(scene, &run, "alone.pov", &render, &ignored) &&
+        scene_wait(scene, runs, 1, error) && !run_is_good(&run))
+        explain_run(scene, &run, error);
+    run_stop(&run);
+}
+
+void scene_explain(struct povray_scene *scene, const struct run *run,
+                   struct povray_error *error)
+{
+    explain_run(scene, run, error);
+    if (is_behind_scene(scene, run))
+        explain_alone(scene, error);
 }
 
 /* ---- renders ------------------------------------------------------------------- */

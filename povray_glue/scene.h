@@ -78,7 +78,7 @@ bool scene_probe_again(struct povray_scene *scene, struct povray_error *error);
  * Those that return a bool return false. */
 bool scene_fail_file(struct povray_error *error, const char *path);
 bool scene_fail(const struct povray_scene *scene, struct povray_error *error);
-void scene_explain(const struct povray_scene *scene, const struct run *run,
+void scene_explain(struct povray_scene *scene, const struct run *run,
                    struct povray_error *error);
 
 /* Adds a sentence to the warning of the passes. */

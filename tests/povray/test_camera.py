@@ -219,6 +219,23 @@ def test_clear_errors(rackfocus, scene, words):
 
 
 @pytest.mark.parametrize(
+    "end, words",
+    [
+        ("sphere { 0, 1\n", "s.pov:2: Parse Error: No matching } in 'sphere', End of"),
+        ("#if (1)\n", "s.pov:2: Parse Error: End of file reached but #end expected"),
+        ('#debug "a\n', "s.pov:2: Parse Error: No end quote for string"),
+    ],
+)
+def test_errors_at_the_end_are_the_scenes(rackfocus, tmp_path, end, words):
+    """Not those of the lines that the command puts behind it."""
+    (tmp_path / "s.pov").write_text(
+        "camera { location -z look_at 0 aperture 1 }\n" + end
+    )
+    text = rackfocus("povray", "s.pov", "-o", "o.exr", cwd=tmp_path, code=1).stderr
+    assert words in text and "global_settings" not in text
+
+
+@pytest.mark.parametrize(
     "scene",
     [
         "advanced/chess2.pov",
