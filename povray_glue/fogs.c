@@ -7,6 +7,7 @@
 #include <stdlib.h>
 
 #include "camera.h"
+#include "sparse.h"
 #include "text.h"
 
 /* Below 65504^(1 / gamma) for a gamma up to 2.4, as half floats need. */
@@ -156,6 +157,19 @@ static bool add_dark(struct povray_scene *scene, const struct shot *shot,
     return is_good;
 }
 
+/* Once, of a colour that shows the same as the render without fog: the fogs of a scene
+ * that has some are black, and our renders have no radiosity and no alpha. */
+static void weigh_light(struct povray_scene *scene, const struct fog_runs *runs,
+                        const struct fog_pictures *pictures,
+                        struct povray_passes *passes)
+{
+    if (scene->has_weighed || scene->sources.has_fog || scene->sources.has_radiosity ||
+        runs->is_linear || runs->mode != REWRITE_PINHOLE || passes->has_alpha)
+        return;
+    scene->has_weighed = true;
+    sparse_look(passes, pictures->bases[0].rgba);
+}
+
 bool fogs_read(struct povray_scene *scene, const struct shot *shot,
                struct fog_runs *runs, struct povray_passes *passes,
                struct povray_error *error)
@@ -184,6 +198,7 @@ bool fogs_read(struct povray_scene *scene, const struct shot *shot,
                 counts = decode(scene, shot, runs, &pictures, passes);
         }
         passes->n_inside = (double)counts.n_inside / (double)n_pixels;
+        weigh_light(scene, runs, &pictures, passes);
     }
     free_pictures(&pictures);
     return is_good;

@@ -28,6 +28,7 @@ struct povray_scene {
     int32_t supersample, border_px; /* as in struct povray_passes */
     char *copies;         /* folder of files that the scene writes to, as they were */
     bool has_glanced;     /* at what is seen through clear things */
+    bool has_weighed;     /* the light of the colour against that of single rays */
     bool has_written;     /* a render has written the scene's files where it should */
     char clock_words[96]; /* options that shift the clock, "" or with blanks between */
 };

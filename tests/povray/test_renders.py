@@ -97,3 +97,39 @@ def test_views_do_not_write_the_light_at_once(rackfocus, tmp_path):
     assert not (tmp_path / "light.rad").exists()
     assert "several views write no file; render one view" in done.stderr
     assert "write no file" not in rackfocus(*command, cwd=tmp_path).stderr
+
+
+STARS = """#version 3.7;
+#include "textures.inc"
+global_settings { assumed_gamma 1.0 }
+camera { location <0, 1, -5> look_at <0, 1, 0> angle 40 aperture 0.4 focal_point y }
+light_source { <3, 9, -7> rgb 1 }
+plane { z, 55 texture { Starfield } }
+"""
+CHECKS = """plane { y, 0 pigment { checker rgb 1 rgb 0 } }
+sphere { <0, 1, 0>, 1 pigment { rgb 0 } finish { reflection 0.4 specular 1 } }
+"""
+IS_LOST = "anti-aliasing takes"
+
+
+def test_stars_that_anti_aliasing_takes(rackfocus, tmp_path):
+    """Told, and kept by what the warning says."""
+    (tmp_path / "s.pov").write_text(STARS)
+    mean = {}
+    for name, options in (("many", []), ("one", ["-A"])):
+        done = rackfocus("povray", "s.pov", "-o", "o.exr", "--reference", "60",
+                         "--reference-output", "r.exr", "--", *SIZE, *options,
+                         cwd=tmp_path)  # fmt: skip
+        assert (IS_LOST in done.stderr and "-A after --" in done.stderr) == (
+            name == "many"
+        )
+        picture, lens = (read_exr(tmp_path / f"{n}.exr")["G"] for n in "or")
+        mean[name] = picture.mean() / lens.mean()
+    assert mean["many"] < 0.8 and abs(mean["one"] - 1) < 0.03
+
+
+def test_checks_and_reflections_lose_no_light(rackfocus, tmp_path):
+    stars, rest = STARS.split("plane { z")[0], CHECKS
+    (tmp_path / "s.pov").write_text(stars + rest)
+    done = rackfocus("povray", "s.pov", "-o", "o.exr", "--", *SIZE, cwd=tmp_path)
+    assert IS_LOST not in done.stderr
