@@ -71,6 +71,12 @@ static int warn_unit(const struct run *run)
         const double per_metre = units[i].per_metre;
         if (!lies_within(&range, is_far ? focus * per_metre : focus / per_metre))
             continue;
+        if (run->tool->scene)
+            return app_warn(
+                run->tool->host, run->error,
+                "%s: nothing is in focus: what is seen is %.3g to %.3g away, the focus "
+                "%.3g; give what is to be sharp by --focal-point or --focus-distance",
+                run->tool->scene, range.nearest, range.farthest, focus);
         return app_warn(
             run->tool->host, run->error,
             "%s: nothing is in focus: the depth is %.3g to %.3g, the focus distance "
@@ -99,7 +105,7 @@ static int warn_kind(const struct run *run)
     const char *path = image_path(run->source.depth);
     struct doubts_kinds kinds;
     doubts_find_kinds(run->doubts, &kinds);
-    if (settings_origin(run->settings, "depth") != ORIGIN_DEFAULT ||
+    if (run->tool->scene || settings_origin(run->settings, "depth") != ORIGIN_DEFAULT ||
         !filter_needs_depth(run))
         return APP_DONE;
     if (speaks_for(&kinds, kinds.n_radial, kinds.n_planar + kinds.n_inverse))

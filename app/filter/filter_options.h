@@ -65,13 +65,15 @@ enum filter_png_bits { FILTER_PNG_8, FILTER_PNG_16 };
     X(NUMBER, int32_t, supersample)     /* the input is N times larger; 0: 1 */        \
     X(NUMBER, int32_t, temporal)        /* frames on each side; see temporal.h */      \
     X(ASIDE, const struct temporal_frames *,                                           \
-      beside)                               /* those; sequence.c counts them */        \
-    X(ASIDE, struct filter_kept *, kept)    /* from run to run, or NULL */             \
-    X(ASIDE, const char *, params)          /* its values are in the settings */       \
-    X(ASIDE, const char *, look)            /* likewise */                             \
-    X(ASIDE, const char *, shown_output)    /* its name for the user; NULL: output */  \
-    X(ASIDE, int32_t, n_threads)            /* 0: one per processor */                 \
-    X(ASIDE, int32_t, max_memory_mib)       /* 0: no bound */                          \
+      beside)                            /* those; sequence.c counts them */           \
+    X(ASIDE, struct filter_kept *, kept) /* from run to run, or NULL */                \
+    X(ASIDE, const char *, params)       /* its values are in the settings */          \
+    X(ASIDE, const char *, look)         /* likewise */                                \
+    X(ASIDE, const char *, shown_output) /* its name for the user; NULL: output */     \
+    X(ASIDE, const char *, scene)        /* whose depth it is, or NULL: its unit and \
+                                               kind are known; warnings name it */ \
+    X(ASIDE, int32_t, n_threads)         /* 0: one per processor */                    \
+    X(ASIDE, int32_t, max_memory_mib)    /* 0: no bound */                             \
     X(ASIDE, const struct app_host *, host) /* who asked, or NULL */
 
 struct filter_options {

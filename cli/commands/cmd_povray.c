@@ -430,6 +430,7 @@ static int filter_passes(struct povray_job *job, const char *picture)
         .depth_repair = DEPTH_REPAIR_OFF, /* it is that of one sample in any case */
         .type = is_whole ? FILTER_TYPE_HALF : FILTER_TYPE_FLOAT,
         .distribution_image = job->tool->distribution_image,
+        .scene = job->options.scene,
         .n_threads = job->tool->n_threads,
         .host = &host.host};
     struct settings settings = job->settings;

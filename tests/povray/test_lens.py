@@ -104,3 +104,30 @@ def test_orthographic_scales(rackfocus, tmp_path, camera):
     rackfocus("povray", "s.pov", "-o", "o.exr", "--aperture", 1e-6, "--focus-distance",
               5, "--supersample", 1, "--", *SIZE, "-J", cwd=tmp_path)  # fmt: skip
     assert tpsnr(host, picture(tmp_path / "o.exr")) > 40
+
+
+def test_nothing_is_in_focus(rackfocus, tmp_path):
+    """Told of the scene, not of its passes in a private folder, whose unit is known."""
+    (tmp_path / "s.pov").write_text(
+        "camera { location <0, 1, -3> look_at <0, 1, 300> }\n"
+        "plane { z, 1 pigment { checker rgb 1 rgb 0 } }\n"
+        "sphere { <0, 1, -1>, 0.5 pigment { rgb 0.5 } }\n"
+        "light_source { <3, 9, -9> rgb 1 }\n"
+    )
+    command = [
+        "povray",
+        "s.pov",
+        "-o",
+        "o.exr",
+        "--aperture",
+        "2",
+        "--",
+        "+W80",
+        "+H60",
+    ]
+    said = rackfocus(*command, cwd=tmp_path).stderr
+    assert "s.pov: nothing is in focus" in said and "--focal-point" in said
+    assert "--depth-scale" not in said and "passes" not in said
+    focus = ["--focus-distance", 2]
+    said = rackfocus(*command[:4], *focus, *command[4:], cwd=tmp_path).stderr
+    assert "in focus" not in said
