@@ -123,6 +123,8 @@ static void note_words(struct sources *sources, const struct tokens *tokens)
         sources->has_radiosity |= token_is_word(tokens, i, "radiosity");
         sources->has_photons |= token_is_word(tokens, i, "photons");
         sources->has_media |= token_is_word(tokens, i, "media");
+        sources->has_bumps |=
+            token_is_word(tokens, i, "normal") && token_is_sign(tokens, i + 1, '{');
         sources->has_now |= token_is_word(tokens, i, "now");
         sources->writes_files |= token_is_word(tokens, i, "Parse_String");
         if (token_is_directive(tokens, i, "fopen"))

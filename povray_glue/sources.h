@@ -33,6 +33,7 @@ struct sources {
     enum rewrite_mode mode;  /* of the copies being made */
     /* Words found anywhere in the scene's own files. */
     bool has_fog, has_radiosity, has_photons, has_media;
+    bool has_bumps;        /* normal { ... } of a texture */
     bool has_clear;        /* something may let light through */
     bool has_now;          /* the scene reads the time */
     bool keeps_light;      /* options want a file of radiosity's light written */

@@ -383,6 +383,9 @@ static bool glance(struct povray_scene *scene, const struct shot *shot,
                 scene->sources.has_media
                     ? ", but media, too, by that of what is behind; where they are "
                       "dense, --method accumulate is right"
+                : scene->sources.has_bumps
+                    ? ", but not what bumps (normal) scatter; where they are strong, "
+                      "--method accumulate is right"
                     : "");
     }
     free(t.lit[0].rgba);

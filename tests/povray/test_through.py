@@ -136,6 +136,16 @@ def test_media_in_a_clear_box_have_another_way(depth):
     assert SEEN_THROUGH in said and "--method accumulate" in said
 
 
+def test_bumps_scatter_what_is_seen(depth):
+    """No depth is right for that."""
+    bumpy = MIRROR.replace(
+        "pigment { rgb 0 }", "pigment { rgb 0 } normal { bumps 0.1 }"
+    )
+    _, said = depth(bumpy, "--aperture", 0.6)
+    assert SEEN_THROUGH in said and "bumps (normal)" in said
+    assert "--method accumulate" in said
+
+
 SMALL_PANE = CLEAR["pane"].replace("translate", "scale 0.1 translate y * 0.9 translate")
 NEAR_PANE = """box { <-9, -9, 9.8>, <9, 9, 9.9> pigment { rgbt 1 } hollow }"""
 
