@@ -163,8 +163,9 @@ static void weigh_light(struct povray_scene *scene, const struct fog_runs *runs,
                         const struct fog_pictures *pictures,
                         struct povray_passes *passes)
 {
-    if (scene->has_weighed || scene->sources.has_fog || scene->sources.has_radiosity ||
-        runs->is_linear || runs->mode != REWRITE_PINHOLE || passes->has_alpha)
+    if (!scene->options.warns_by_look || scene->has_weighed || scene->sources.has_fog ||
+        scene->sources.has_radiosity || runs->is_linear ||
+        runs->mode != REWRITE_PINHOLE || passes->has_alpha)
         return;
     scene->has_weighed = true;
     sparse_look(passes, pictures->bases[0].rgba);

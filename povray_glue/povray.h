@@ -86,9 +86,10 @@ struct povray_options {
     /* What is seen through flat clear glass and in flat mirrors has its own depth: six
      * renders more. */
     bool is_through_glass;
-    /* Where the scene speaks of clear things: a warning where much of the picture is seen
-     * through them, which a small render more tells. */
-    bool warns_of_glass;
+    /* Warnings that a look at the picture gives: how much of it is seen through clear
+     * things, where the scene speaks of such (a small render more), and light that
+     * anti-aliasing loses. */
+    bool warns_by_look;
     bool wants_lens; /* false: passes only, a missing aperture is no error */
     bool (*is_cancelled)(void *user);              /* may be NULL; asked every few ms */
     void (*progress)(void *user, double fraction); /* may be NULL */

@@ -400,7 +400,7 @@ bool through_look(struct povray_scene *scene, const struct shot *shot,
                   struct povray_error *error)
 {
     if (!scene->options.is_through_glass)
-        return !scene->options.warns_of_glass || !scene->sources.has_clear ||
+        return !scene->options.warns_by_look || !scene->sources.has_clear ||
                scene->has_glanced || glance(scene, shot, mode, passes, error);
     const size_t n_pixels = (size_t)passes->width * (size_t)passes->height;
     struct through t = {.axis_length = vector_length(scene->camera.direction),

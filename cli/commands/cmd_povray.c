@@ -371,7 +371,7 @@ static int render(struct povray_job *job, const char *output)
     job->options.user = &bar;
     bool is_good = !job->keeps_views || (name_passes(job) && find_views(job)) ||
                    fail_memory(&error);
-    job->options.warns_of_glass &= job->n_pictures == 0;
+    job->options.warns_by_look &= job->n_pictures == 0;
     is_good = is_good && povray_open(&job->scene, &job->options, &error);
     if (is_good && job->n_pictures++ == 0)
         is_good = remark_scene(job, &error);

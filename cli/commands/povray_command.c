@@ -279,7 +279,7 @@ bool povray_command_plan(const struct povray_tool *tool,
         .supersample = choose_samples(tool, plan),
         /* Who keeps passes wants them as the picture is. */
         .is_through_glass = tool->is_through_glass,
-        .warns_of_glass = !tool->is_quiet || tool->is_strict,
+        .warns_by_look = !tool->is_quiet || tool->is_strict,
         .overscan_px = tool->overscan_px < 0 && tool->keep ? 0 : tool->overscan_px,
         .wants_lens = !is_typed(settings, "f-stop"),
         .is_cancelled = is_cancelled,

@@ -128,6 +128,14 @@ def test_stars_that_anti_aliasing_takes(rackfocus, tmp_path):
     assert mean["many"] < 0.8 and abs(mean["one"] - 1) < 0.03
 
 
+def test_stars_are_told_once_of_views_and_frames(rackfocus, tmp_path):
+    (tmp_path / "s.pov").write_text(STARS)
+    for more in (["--views", "2"], ["--frames", "1-2"]):
+        done = rackfocus("povray", "s.pov", "-o", "o.exr", *more, "--", *SIZE,
+                         cwd=tmp_path)  # fmt: skip
+        assert done.stderr.count(IS_LOST) == 1
+
+
 def test_checks_and_reflections_lose_no_light(rackfocus, tmp_path):
     stars, rest = STARS.split("plane { z")[0], CHECKS
     (tmp_path / "s.pov").write_text(stars + rest)
