@@ -43,6 +43,16 @@ def camera_of(scene):
     return camera if camera is not None and camera.type == "CAMERA" else None
 
 
+def camera_at(scene, frame):
+    """The camera of a frame; those bound to markers count."""
+    markers = [m for m in scene.timeline_markers if m.camera]
+    markers = [m for m in markers if not m.camera.hide_render]  # Blender skips those
+    bound = [m for m in markers if m.frame <= frame]
+    if bound:
+        return max(bound, key=lambda marker: marker.frame).camera
+    return min(markers, key=lambda m: m.frame).camera if markers else scene.camera
+
+
 NO_CAMERA = types.SimpleNamespace(
     enabled=False, method="layered", views=1, view_samples=0, shutter_spread=False
 )

@@ -32,6 +32,7 @@ from . import (
     sharp,
     shining,
     strips,
+    switched,
     tap,
     unblurred,
     views,
@@ -45,6 +46,7 @@ def on_render_start(scene, *_):
     engine.rendering.add(scene.name)
     engine.awaited.discard(scene.name)
     failures.told.pop(scene.name, None)
+    switched.be_last(FRAME_HANDLERS)
     if scene.rack_focus.muted:
         return  # refocus() has prepared it; the main thread may be drawing
     try:
@@ -95,7 +97,7 @@ def _prepare(scene):
             if lines:
                 failures.say(scene, ". ".join(lines), is_failure=False)
             lines = holdouts.describe(
-                scene, views.camera_at(scene, scene.frame_current)
+                scene, camera_objects.camera_at(scene, scene.frame_current)
             )
             if lines:
                 failures.say(scene, " ".join(lines), is_failure=False)
@@ -159,7 +161,14 @@ def on_frame(scene, *_):
 
 @persistent
 def on_frame_change_pre(scene, *_):
-    """A copy that renders views is about to be evaluated."""
+    """A copy that renders views, or the filter scene, is about to be evaluated."""
+    if scene.rack_focus.source is not None:
+        camera = views.camera_of_frame(scene.rack_focus.source)
+        task = functools.partial(switched.follow_source, scene, camera)
+        main_thread.run_or_here(task, FRAME_S)
+    elif views.is_copy(scene):
+        task = functools.partial(views.follow_script, scene)
+        main_thread.run_or_here(task, FRAME_S)
     moment = views.moment_of(scene) if views.is_copy(scene) else None
     if moment is not None:
         task = functools.partial(setattr, scene, "frame_float", moment)
@@ -172,12 +181,16 @@ def on_frame_change_post(scene, depsgraph=None):
     if depsgraph is None or depsgraph.mode != "RENDER":
         return
     is_copy = views.is_copy(scene)
+    if is_copy:
+        task = functools.partial(views.follow_script, scene)
+        main_thread.run_or_here(task, FRAME_S)
     source = scene.rack_focus.viewed if is_copy else scene
     is_filtered = source is not None and setup.is_filtered(source)
     if is_filtered and (is_copy or setup.is_composited(source, engine.rendering)):
         are_open = scene.rack_focus.is_own_lens
-        write(setup.open_lenses, source, depsgraph, are_open)
         cameras, ours = camera_objects.cameras_of(source), setup.filter_scene_of(source)
+        seen = set() if views.is_of_view(scene.camera) else {scene.camera}
+        write(setup.open_lenses, cameras | seen, depsgraph, are_open)
         write(driven.follow, cameras, depsgraph.scene_eval, ours)
         write(setup.follow_subframe, source, ours)
         bodies.measure(source, depsgraph)
@@ -300,11 +313,14 @@ ONE_LAYER = (
     "old one, or black. Press F12"
 )
 
-HANDLERS = (
-    ("render_init", on_render_start),
+FRAME_HANDLERS = (
     ("render_pre", on_frame),
     ("frame_change_pre", on_frame_change_pre),
     ("frame_change_post", on_frame_change_post),
+)
+HANDLERS = (
+    ("render_init", on_render_start),
+    *FRAME_HANDLERS,
     ("render_complete", on_render_complete),
     ("render_cancel", on_render_end),
     ("load_post", on_load),

@@ -770,13 +770,14 @@ def is_composited(scene, names):
     return any(layer_nodes(tree, ours) for tree in trees)
 
 
-def open_lenses(scene, depsgraph, are_open):
-    """Switches the cameras' own depth of field on or off in what a render evaluated.
+def open_lenses(cameras, depsgraph, are_open):
+    """Switches the own depth of field of objects on or off in what a render evaluated.
 
-    The cameras of the file are not touched: nothing is seen of it, nor saved.
+    cameras: objects, of which those that are no cameras count for nothing. Those of the
+    file are not touched: nothing is seen of it, nor saved.
     """
-    for camera in camera_objects.cameras_of(scene):
-        if camera.data.rack_focus.enabled:
+    for camera in filter(None, cameras):
+        if camera_objects.settings_of(camera).enabled:
             seen = camera.evaluated_get(depsgraph)
             is_seen = seen.is_evaluated and seen.data.is_evaluated
             if is_seen and seen.data.dof.use_dof != are_open:

@@ -39,6 +39,7 @@ from . import (
     setup,
     sharp,
     supersample,
+    switched,
 )
 from .library import rackfocus
 from .writing import set_if_other
@@ -72,6 +73,7 @@ class Session:
         self.camera_names = []
         self.samples = sampling.samples_of(scene)
         self.camera = None  # of the frame
+        self.noted = None  # the scene's camera when the frame was prepared
         self.n_views = 1  # of the frame
         self.frame_scale = 1  # of the frame: 1 too where it cannot be filtered
         self.places = []  # of the frame's views
@@ -177,16 +179,6 @@ def is_copy(scene):
     return scene.rack_focus.is_views_copy
 
 
-def camera_at(scene, frame):
-    """The camera of a frame; those bound to markers count."""
-    markers = [m for m in scene.timeline_markers if m.camera]
-    markers = [m for m in markers if not m.camera.hide_render]  # Blender skips those
-    bound = [m for m in markers if m.frame <= frame]
-    if bound:
-        return max(bound, key=lambda marker: marker.frame).camera
-    return min(markers, key=lambda m: m.frame).camera if markers else scene.camera
-
-
 # ---- start and end ----------------------------------------------------------------
 
 
@@ -241,6 +233,17 @@ def end(scene):
 def is_active(scene):
     """Is the scene being rendered in views?"""
     return scene.name in _sessions
+
+
+def camera_of_frame(scene):
+    """The camera object that the views of a frame are of; None: it has no views."""
+    session = _sessions.get(scene.name)
+    return session.camera if session is not None else None
+
+
+def is_of_view(camera):
+    """Is it one of the cameras that were made for views?"""
+    return camera is not None and MARK in camera
 
 
 def clean_up():
@@ -339,11 +342,20 @@ def prepare_frame(scene):
     if session.copy_names:
         passes.forget(scene)
     session.is_collected = False
-    session.camera = camera_at(scene, scene.frame_current)
+    camera = camera_objects.camera_at(scene, scene.frame_current)
+    _look_through(scene, session, camera)
+
+
+def _look_through(scene, session, camera):
+    """The rest, for a camera object."""
+    session.camera, session.noted = camera, scene.camera
     if session.own_name:
         finishing.prepare_copy(scene, session.own(), session.camera)
     session.places, session.placed = [], set()
-    session.n_views = view_count(camera_objects.settings_of(session.camera))
+    session.n_views = min(
+        view_count(camera_objects.settings_of(session.camera)),
+        max(len(session.camera_names) // session.scale**2, 1),
+    )
     session.frame_scale, is_noisy = session.scale, session.is_noisy
     # Where bodies are is known only once the scene is evaluated.
     distances = {session.camera.name_full: 1.0} if bodies.are_in(scene) else {}
@@ -360,6 +372,26 @@ def prepare_frame(scene):
         _prepare_copy(session, copy, index)
         if session.is_noisy:
             denoising.prepare(copy, is_noisy)
+
+
+def follow_script(copy):
+    """Views through the camera that a script chose for the frame, where one did."""
+    source = copy.rack_focus.viewed
+    session = _sessions.get(source.name) if source is not None else None
+    if session is None or session.camera is None:
+        return
+    expected = session.camera
+    if copy.name in session.copy_names and session.n_cameras() > 1:
+        index = session.copy_names.index(copy.name)
+        expected = bpy.data.objects[session.camera_names[index]]
+    camera = switched.chosen(source, copy, expected, session.noted)
+    if camera is None:
+        return
+    if camera == session.camera:
+        session.noted = source.camera
+        set_if_other(copy, "camera", expected)
+    else:
+        _look_through(source, session, camera)
 
 
 def _at_frame(camera, scene):

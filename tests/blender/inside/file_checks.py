@@ -338,7 +338,7 @@ def a_marker_camera_that_is_not_rendered():
         camera.data.rack_focus.views = 3
     update()
     made = shot(scene, "marker3.exr")
-    assert addon("views").camera_at(scene, 3) == bpy.data.objects["Camera"]
+    assert addon("camera_objects").camera_at(scene, 3) == bpy.data.objects["Camera"]
     scene.timeline_markers.clear()
     scene.camera = bpy.data.objects["Camera"]
     update()

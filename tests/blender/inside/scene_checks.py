@@ -347,6 +347,44 @@ def what_is_bound_to_a_marker_is_no_camera():
 
 
 @check
+def a_script_switches_the_camera():
+    """Its handler gets the scene, or a copy that renders views, or takes Blender's."""
+    scene, data = start()
+    first, second = scene.camera, scene.camera.copy()
+    second.data = data.copy()
+    second.data.dof.focus_distance, second.location.x = 9, 0.3
+    scene.collection.objects.link(second)
+    scene.frame_start, scene.frame_end = 1, 3
+    taken = {1: first.name, 2: second.name, 3: second.name}
+
+    def switch(given, *_):
+        given.camera = bpy.data.objects[taken[given.frame_current]]
+
+    def switch_context(*_):
+        switch(bpy.context.scene)
+
+    for views in (1, 3):
+        wanted = {}
+        for camera in (second, first):
+            scene.camera, camera.data.rack_focus.views = camera, views
+            update()
+            wanted[camera.name] = shot(scene, "switch0.exr")
+        assert tpsnr(*wanted.values()) < 20
+        for where in ("render_pre", "frame_change_pre", "frame_change_post"):
+            for script in (switch, switch_context):
+                getattr(bpy.app.handlers, where).append(script)
+                common.set_output(scene, OUT / "switch_")
+                bpy.ops.render.render(animation=True)
+                getattr(bpy.app.handlers, where).remove(script)
+                for frame, name in taken.items():
+                    made = rgba(common.read(OUT / f"switch_{frame:04d}"))
+                    same(made, wanted[name])
+                assert not last_message(scene), last_message(scene)
+                scene.camera = first
+                update()
+
+
+@check
 def between_frames():
     """The lens is that of the subframe; in an animation, which has none, of the frame."""
     scene, data = start()

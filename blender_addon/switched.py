@@ -1,0 +1,49 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Cameras that scripts choose in handlers of their own while a frame begins.
+
+Blender renders through what the scene's camera is once the handlers of the frame were
+called. The filter scene then takes that of its source. Where copies render views, the
+handlers are called with a copy: the cameras of its views become children of the chosen
+one. Cameras that are bound to markers come from these.
+"""
+
+import bpy
+
+from .writing import set_if_other
+
+
+def be_last(handlers):
+    """Calls ours after those of the file's scripts; handlers: (name, function) each."""
+    for name, handler in handlers:
+        found = getattr(bpy.app.handlers, name)
+        if handler in found:
+            found.remove(handler)
+            found.append(handler)
+
+
+def _has_markers(scene):
+    return any(marker.camera for marker in scene.timeline_markers)
+
+
+def follow_source(ours, camera):
+    """The filter scene is about to be evaluated, after its source was rendered.
+
+    camera: of the frame, where copies rendered its views, else None.
+    """
+    source = ours.rack_focus.source.original
+    camera = camera or source.camera
+    if camera is not None and not _has_markers(source):
+        set_if_other(ours, "camera", camera)
+
+
+def chosen(source, copy, expected, noted):
+    """The camera that a script chose for a copy of a scene; None: it chose none.
+
+    expected: what the copy renders through; noted: the source's camera when the frame
+    was prepared.
+    """
+    if _has_markers(source):
+        return None
+    if copy.camera != expected:
+        return copy.camera
+    return source.camera if source.camera != noted else None
