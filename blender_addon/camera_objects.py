@@ -24,6 +24,15 @@ def view_camera(scene, camera, view):
     return bpy.data.objects.get(camera.name + view.camera_suffix, camera)
 
 
+def views_of(render):
+    """The stereo views that are rendered; none without stereo."""
+    if not render.use_multiview:
+        return []
+    is_stereo = render.views_format == "STEREO_3D"
+    used = [view for view in render.views if view.use]
+    return [v for v in used if not is_stereo or v.name in ("left", "right")]
+
+
 def cameras_of(scene):
     """All camera objects that a render of the scene may look through."""
     cameras = {scene.camera, *(marker.camera for marker in scene.timeline_markers)}

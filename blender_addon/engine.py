@@ -26,6 +26,7 @@ from . import (
     look,
     main_thread,
     mirrors,
+    names,
     nodes,
     passes,
     pictures,
@@ -35,6 +36,7 @@ from . import (
     setup,
     sharp,
     supersample,
+    taken,
     tap,
     views,
 )
@@ -53,7 +55,7 @@ UPDATE_S = 0.5
 rendering = set()  # names of scenes that are rendered now
 alone = set()  # names of scenes whose filter scene renders by itself: a node's button
 awaited = set()  # names of scenes of which a frame has begun, and was not filtered yet
-last_run = {}  # scene name: {"seconds": of each step, "message": of a failure, or ""}
+last_run = names.store()  # {"seconds": of each step, "message": of a failure, or ""}
 
 
 class Problem(Exception):
@@ -113,6 +115,9 @@ def cut_out(found, render):
     if not render.use_border or render.use_crop_to_border:
         return found
     height, width = found.colour.shape[:2]
+    whole = lens.picture_size(render)
+    if width % whole[0] or height % whole[1]:  # kept files have the part alone
+        return found
     (left, right), (low, high) = lens.region_of(render, width, height)
     part = np.s_[height - high : height - low, left:right]
     depth = found.depth[part] if found.depth is not None else None
@@ -250,9 +255,7 @@ class RackFocusEngine(bpy.types.RenderEngine):
             return [Frame(layer, "", "", camera.evaluated_get(depsgraph))]
         is_stereo = scene.render.views_format == "STEREO_3D"
         frames = []
-        for view in scene.render.views:
-            if not view.use or (is_stereo and view.name not in ("left", "right")):
-                continue
+        for view in camera_objects.views_of(scene.render):
             own = camera
             if not is_stereo:
                 own = camera_objects.view_camera(scene, camera.original, view)
@@ -281,12 +284,15 @@ class RackFocusEngine(bpy.types.RenderEngine):
                 passes.forget(source)
             if source.name not in alone:
                 passes.set_frame(source, depsgraph.scene.frame_current)
+                taken.note(source, frames[0].camera)
         elif passes.frame_of(source) not in (None, depsgraph.scene.frame_current):
             self._note(
                 source,
                 f"this is the render of frame {passes.frame_of(source)}: press F12 for "
                 f"frame {depsgraph.scene.frame_current}",
             )
+        else:
+            self._note(source, taken.why_other(source, frames[0].camera))
         self.linked = setup.linked_outputs(source, depsgraph.view_layer.name)
         problem = None
         self._note(source, views.note_of(source))

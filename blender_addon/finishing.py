@@ -14,6 +14,7 @@ from . import (
     group,
     lens,
     look,
+    names,
     passes,
     props,
     setup,
@@ -24,7 +25,8 @@ from .writing import set_if_other
 
 OTHER_SEED = 7919  # its noise is not that of the pinhole's samples
 
-_kept = {}  # scene name: (key, passes.RenderedPasses) of the last render of its lens
+# scene name: (key, passes.RenderedPasses) of the last render of its lens
+_kept = names.store()
 
 
 class FinishError(denoising.DenoiserError):

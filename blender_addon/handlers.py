@@ -24,6 +24,7 @@ from . import (
     lens,
     main_thread,
     mirrors,
+    names,
     operators,
     park,
     passes,
@@ -33,6 +34,7 @@ from . import (
     shining,
     strips,
     switched,
+    taken,
     tap,
     unblurred,
     views,
@@ -58,6 +60,7 @@ def on_render_start(scene, *_):
 
 def _begin(scene):
     """In the main thread."""
+    names.follow(setup.user_scenes())
     if scene in setup.user_scenes():
         try:
             _prepare(scene)
@@ -112,6 +115,7 @@ def _start(scene):
         engine.alone.add(source.name)
     elif setup.filter_scene_of(scene) is not None:
         passes.forget(scene)
+        taken.forget(scene)
         finishing.forget(scene)
         setup.sync(scene)
 
@@ -225,6 +229,8 @@ def on_load(*_):
     engine.last_run.clear()
     failures.told.clear()
     bodies.forget()
+    names.forget()
+    taken.forget()
     passes.forget()
     finishing.forget()
     write(_mend)
@@ -294,6 +300,7 @@ def on_change(*_):
 
 
 def _follow():
+    names.follow(setup.user_scenes())
     views.clean_up()
     group.separate(setup.user_scenes())
     for scene in setup.user_scenes():

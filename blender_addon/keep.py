@@ -15,7 +15,7 @@ from pathlib import Path
 
 import bpy
 
-from . import exr, freestyle, passes, sharp
+from . import camera_objects, exr, freestyle, passes, sharp
 from .library import rackfocus
 
 OFFSET, SHEAR = "rackfocus:lensOffset", "rackfocus:shearDistance"
@@ -148,12 +148,17 @@ class KeptFiles:
 
     def __init__(self, scene, folder, frame):
         self.scene, self.folder, self.frame = scene, folder, frame
-        used = [one.name for one in scene.view_layers if one.use]
-        if not any(self._paths(layer) for layer in used):
+        if not self._all_paths():
             raise passes.PassesError(
                 f"there is no render to filter yet, nor passes of frame {frame} in "
                 f"“{folder}”: press F12 first"
             )
+
+    def _all_paths(self):
+        views = camera_objects.views_of(self.scene.render)
+        suffixes = [view.file_suffix for view in views] or [""]
+        used = [one.name for one in self.scene.view_layers if one.use]
+        return [p for name in used for end in suffixes for p in self._paths(name, end)]
 
     def _paths(self, layer, suffix=""):
         stem = stem_of(self.scene, self.frame, layer, suffix)
@@ -173,6 +178,11 @@ class KeptFiles:
                 f"“{self.folder}”"
             )
         return [_read(path) for path in paths]
+
+    def size(self):
+        """(width, height) in px."""
+        height, width = _read(self._all_paths()[0])[0].depth.shape
+        return width, height
 
     def layer(self, name, suffix="", _view=""):
         """The passes.Layer of the first view."""

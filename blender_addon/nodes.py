@@ -15,6 +15,7 @@ from . import (
     lens,
     look,
     main_thread,
+    names,
     passes,
     preferences,
     sampling,
@@ -26,7 +27,7 @@ from .library import rackfocus
 PUT_S = 20.0  # that the main thread may take until it comes to the images
 BAND_COLOUR = np.array([0.05, 1.0, 0.2, 1.0], np.float32)
 
-_kept = {}  # scene name: {node name: (tap.Tapped, depth)} of the last render
+_kept = names.store()  # scene name: {node name: (tap.Tapped, depth)} of the last render
 
 
 def forget(scene=None):

@@ -10,12 +10,15 @@ from . import (
     compat,
     engine,
     exr,
+    failures,
     finishing,
     group,
     keep,
+    names,
     passes,
     refocusing,
     setup,
+    taken,
 )
 from . import unblurred, views
 
@@ -34,6 +37,7 @@ def refocus(scene, call, own_samples=0):
     Where the nodes use the scene's own render as well, it is rendered again.
     own_samples: of a render with the camera's own lens, which comes before that.
     """
+    names.follow(setup.user_scenes())
     reason = setup.why_not(scene)
     if reason:
         raise passes.PassesError(f"{reason}: the picture cannot be filtered")
@@ -42,6 +46,9 @@ def refocus(scene, call, own_samples=0):
     if not setup.is_used(scene):
         raise passes.PassesError(". ".join(unblurred.NOT_SHOWN))
     keep_passes(scene)
+    reason = taken.why_refused(scene, passes.rendered(scene).size())
+    if reason:
+        raise passes.PassesError(reason)
     if own_samples:
         views.begin(scene, own_samples, is_refocus=True)
     setup.mute_sources(scene)
@@ -83,6 +90,7 @@ def keep_passes(scene):
 
 def _keep_files(scene, folder):
     passes.put(scene, keep.KeptFiles(scene, folder, scene.frame_current))
+    taken.forget(scene)
     passes.set_frame(scene, scene.frame_current)
 
 
@@ -94,7 +102,10 @@ def refocus_later(scene_name):
     windows = bpy.context.window_manager.windows
     if scene is not None and len(windows) and not setup.why_not(scene):
         with bpy.context.temp_override(window=windows[0]):
-            refocus(scene, "INVOKE_DEFAULT")
+            try:
+                refocus(scene, "INVOKE_DEFAULT")
+            except REFUSED as error:
+                failures.note(scene, error)
     return None
 
 

@@ -18,7 +18,7 @@ from typing import NamedTuple
 import bpy
 import numpy as np
 
-from . import exr, freestyle, main_thread, mirrors, printed, sharp
+from . import exr, freestyle, main_thread, mirrors, names, printed, sharp
 from .compat import MultilayerExr
 from .lens import picture_size
 
@@ -119,7 +119,7 @@ def find_layer(channels, layer, view=""):
             f"{longest} bytes"
         )
     if not is_there:
-        raise PassesError(f"view layer “{layer}” was not rendered")
+        raise PassesError(f"view layer “{layer}” was not rendered: press F12")
     mattes = sharp.mattes_of(channels, layer, tail)
     seen = mirrors.seen_of(channels, layer, tail)
     colour = side_by_side([channels[name] for name in names])
@@ -184,6 +184,8 @@ class RenderedPasses:
     """The passes of a scene's render."""
 
     def __init__(self, scene, n_views=1):
+        # Of what was rendered before a layer got another name.
+        self.old_names = _old_names_of(scene.rack_focus.viewed or scene)
         # A mapped file stays readable without its name.
         with self.saved(scene, n_views) as files:
             # suffix of the view's file, "" without views: channels
@@ -230,26 +232,54 @@ class RenderedPasses:
         """The Layer of a view layer; suffix, view: of a view in stereo, else ""."""
         channels = self.files.get(suffix, self.files.get(""))
         if channels is None:
-            raise PassesError(f"the view “{view}” was not rendered")
-        try:
-            return find_layer(channels, name)
-        except PassesError:
-            return find_layer(channels, name, view)
+            raise PassesError(f"the view “{view}” was not rendered: press F12")
+        for one, tail in self._asked(name, view):
+            with contextlib.suppress(PassesError):
+                return find_layer(channels, one, tail)
+        return find_layer(channels, name, view)
 
     def guides(self, name, suffix="", view=""):
         """What guides a denoiser of a view layer; see guides_of()."""
         channels = self.files.get(suffix, self.files.get("", {}))
-        tails = ("", f".{view}") if view else ("",)
-        found = [guides_of(channels, name, tail) for tail in tails]
+        found = [
+            guides_of(channels, one, tail and f".{tail}")
+            for one, tail in self._asked(name, view)
+        ]
         return max(found, key=len)
+
+    def _asked(self, name, view):
+        """The pairs of a layer's name and a view, by which channels may be found."""
+        layers = dict.fromkeys((name, self.old_names.get(name, name)))
+        return [(one, tail) for one in layers for tail in dict.fromkeys(("", view))]
+
+    def size(self):
+        """(width, height) in px."""
+        return _size_of(next(iter(self.files.values())))
 
     def views(self, name, suffix="", view=""):
         """[(Layer, Place)] as of one view from the middle of the lens."""
         return [(self.layer(name, suffix, view), MIDDLE)]
 
 
-_kept = {}  # scene name: RenderedPasses, views.ViewPasses or keep.KeptFiles
-_frames = {}  # scene name: frame of its last render, or of what is kept
+def _size_of(channels):
+    height, width = next(iter(channels.values())).shape
+    return width, height
+
+
+_kept = names.store()  # RenderedPasses, views.ViewPasses or keep.KeptFiles
+_frames = names.store()  # frame of the last render, or of what is kept
+_old_names = names.store()  # {name of a view layer: its name in the last render}
+
+
+def _old_names_of(scene):
+    return _old_names.setdefault(scene.name, {})
+
+
+def rename_layers(scene, new_names):
+    """Finds view layers by their new names, too; new_names: {old: new}."""
+    known = _old_names_of(scene)
+    then = {new: known.get(old, old) for old, new in new_names.items()}
+    known.update(then)
 
 
 def rendered(scene):
@@ -269,8 +299,8 @@ def put(scene, found):
 
 def forget(scene=None):
     """Lets go of the kept passes of a scene, or of all."""
-    for names in (_kept, _frames):
-        names.clear() if scene is None else names.pop(scene.name, None)
+    for kept in (_kept, _frames, _old_names):
+        kept.clear() if scene is None else kept.pop(scene.name, None)
 
 
 def set_frame(scene, frame):

@@ -15,13 +15,15 @@ def depth_at(scene, x, y):
     """Planar depth under a point of the last render, or None where nothing was hit.
 
     x, y: fractions of the rendered picture, from its lower left corner. The nearest
-    surface over all view layers.
+    surface over all view layers, in stereo in the first view.
     """
     found = []
     rendered = passes.rendered(scene)
+    views = camera_objects.views_of(scene.render)
+    view = (views[0].file_suffix, views[0].name) if views else ("", "")
     for layer in scene.view_layers:
         if layer.use:
-            depth = rendered.layer(layer.name).depth
+            depth = rendered.layer(layer.name, *view).depth
             if depth is None:
                 raise passes.PassesError(engine.no_depth(layer.name))
             rows, columns = depth.shape

@@ -13,17 +13,18 @@ import functools
 import bpy
 from bpy.props import EnumProperty
 
-from . import camera_objects, failures, group, lens, look, passes, setup
+from . import camera_objects, failures, group, lens, look, names, passes, setup
 from .library import rackfocus
 from .writing import write
 
 PAUSE_S = 0.3  # without a change, before it begins
 SHOWN = (("picture", "Picture"), ("focus", "Focus"), ("coc", "CoC"))
 
-_keys = {}  # scene name: key of its picture
-_wanted = {}  # scene name: the key that a timer waits for
-_stopped = {}  # scene name: key at which Esc was pressed
-shown = {}  # scene name: what a refocus puts in the picture's place
+# Each {scene name: ...}
+_keys = names.store()  # key of its picture
+_wanted = {}  # the key that a timer waits for
+_stopped = {}  # key at which Esc was pressed
+shown = names.store()  # what a refocus puts in the picture's place
 
 
 def key_of(scene):
@@ -61,8 +62,8 @@ def note(scene):
 
 def forget(scene=None):
     """There is no picture of a scene, or of any."""
-    for names in (_keys, _wanted, _stopped, shown):
-        names.clear() if scene is None else names.pop(scene.name, None)
+    for kept in (_keys, _wanted, _stopped, shown):
+        kept.clear() if scene is None else kept.pop(scene.name, None)
 
 
 def is_out_of_date(scene):

@@ -20,6 +20,7 @@ from . import (
     group,
     library,
     mirrors,
+    passes,
     sharp,
 )
 from .writing import set_if_other
@@ -612,6 +613,7 @@ def _sync_layers(scene, ours):
     for _, target in pairs if new_names else ():
         target.name = f"{NODE_LABEL} layer"  # else Blender numbers a name that is taken
     if new_names:
+        passes.rename_layers(scene, new_names)
         _rename_in_record(scene, new_names)
     for source, target in pairs:
         set_if_other(target, "name", source.name)

@@ -657,6 +657,11 @@ class ViewPasses:
                 found = found._replace(seen=found.seen._replace(way=way))
         return found
 
+    def size(self):
+        """(width, height) in px."""
+        width, height = self.files[0][0].size()
+        return width * self.scale, height * self.scale
+
     def layer(self, name, *_):
         """The passes.Layer of the first view, which is nearest to the middle."""
         return self._layer(name, 0)

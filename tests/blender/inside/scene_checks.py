@@ -312,6 +312,142 @@ def a_scene_strip():
     assert "in one view" in said.getvalue(), said.getvalue()
 
 
+# ---- refocus after changes ----------------------------------------------------------
+
+
+def refusal():
+    """What a refocus says that is refused; "" where it is not."""
+    try:
+        bpy.ops.rack_focus.refocus()
+    except RuntimeError as error:
+        return str(error)
+    return ""
+
+
+@check
+def a_refocus_after_names_changed():
+    """Of the scene, its view layer and its camera, also undone."""
+    # Of a renamed scene older ones have no Render Result.
+    for views in (1, 3) if bpy.app.version >= (5, 0, 0) else (3,):
+        bpy.ops.wm.open_mainfile(filepath=str(checking.BASE))
+        bpy.ops.ed.undo_push(message="before")
+        scene, _ = start(views=views)
+        wanted = shot(scene, "names0.exr")
+        bpy.ops.ed.undo_push(message="rendered")
+        scene.name, scene.camera.name, scene.view_layers[0].name = "S", "C", "L"
+        update()
+        same(refocused(scene, "names1.exr"), wanted)
+        other = scene.copy()
+        other.name = "Scene"
+        addon("handlers").on_change()
+        same(refocused(scene, "names2.exr"), wanted)
+        scene.view_layers[0].name = "L2"
+        same(refocused(scene, "names3.exr"), wanted)
+        bpy.ops.ed.undo_push(message="renamed")
+        bpy.ops.ed.undo()
+        scene = bpy.context.scene
+        assert scene.name == "Scene" and scene.view_layers[0].name != "L2"
+        same(refocused(scene, "names4.exr"), wanted)
+        assert not last_message(scene), last_message(scene)
+
+
+@check
+def a_refocus_after_the_size_changed():
+    """It is refused, and the picture stays; half the size is the picture made small."""
+    for views in (1, 3):
+        bpy.ops.wm.open_mainfile(filepath=str(checking.BASE))
+        scene, _ = start(views=views)
+        wanted, settings = shot(scene, "size0.exr"), scene.render
+        settings.resolution_x = 100
+        assert "72 x 48 px" in refusal() and "press F12" in refusal()
+        same(checking.result(scene, OUT / "size1.exr"), wanted)
+        settings.resolution_x = 72
+        settings.use_border, settings.border_min_x = True, 0.25
+        settings.use_crop_to_border = True
+        assert "press F12" in refusal()
+        settings.use_crop_to_border = False
+        refocused(scene, "size2.exr")
+        shot(scene, "size3.exr")
+        for least in (0, 0.25, 0.5):
+            settings.border_min_x = least
+            assert ("another render region" in refusal()) == (least == 0), least
+        settings.use_border = False
+        assert "another render region" in refusal()
+
+
+@check
+def a_refocus_after_the_camera_changed():
+    """Another one, or one that moved: it is filtered, and the render says what it is of."""
+    scene, data = start()
+    shot(scene, "other0.exr")
+    first, second = scene.camera, scene.camera.copy()
+    second.data = data.copy()
+    second.data.dof.focus_distance = 9
+    scene.collection.objects.link(second)
+    scene.camera = second  # at the same place: a lens to compare
+    update()
+    refocused(scene, "other1.exr")
+    assert not last_message(scene), last_message(scene)
+    second.location.x = 1
+    update()
+    with heard() as said:
+        refocused(scene, "other2.exr")
+    assert f"the render of camera “{first.name}”" in said.getvalue(), said.getvalue()
+    scene.camera = first
+    update()
+    refocused(scene, "other3.exr")
+    assert not last_message(scene), last_message(scene)
+    data.lens = 35
+    update()
+    refocused(scene, "other4.exr")
+    assert "has moved, or sees another part" in last_message(scene)
+    shot(scene, "other5.exr")
+    assert not last_message(scene), last_message(scene)
+
+
+@check
+def kept_passes_of_a_region():
+    """Files have the part alone; it was cut out of them once more."""
+    for views in (1, 3):
+        bpy.ops.wm.open_mainfile(filepath=str(checking.BASE))
+        scene, _ = start(passes_folder=str(OUT / f"region{views}"), views=views)
+        settings = scene.render
+        settings.use_border, settings.use_crop_to_border = True, False
+        settings.border_min_x, settings.border_max_y = 0.25, 0.9
+        wanted = shot(scene, "region0.exr")
+        path = str(OUT / "region.blend")
+        bpy.ops.wm.save_as_mainfile(filepath=path)
+        bpy.ops.wm.open_mainfile(filepath=path)
+        scene = bpy.context.scene
+        same(refocused(scene, "region1.exr"), wanted)
+        assert not last_message(scene), last_message(scene)
+
+
+@check
+def stereo_is_picked_and_kept():
+    """A click takes the depth of the first view; files of both are found again."""
+    scene, data = start(passes_folder=str(OUT / "stereo"))
+    scene.render.use_multiview = True
+    common.set_output(scene, OUT / "stereo.exr")
+    bpy.ops.render.render(write_still=True)
+    wanted = {s: rgba(common.read(OUT / f"stereo{s}.exr")) for s in ("_L", "_R")}
+    depth = common.read(OUT / "stereo" / "passes0001_L.exr")["Z"]
+    row, column = np.argwhere(depth == depth.min())[0]
+    x, y = (column + 0.5) / depth.shape[1], 1 - (row + 0.5) / depth.shape[0]
+    focus = data.dof.focus_distance
+    assert bpy.ops.rack_focus.pick_focus(x=x, y=y) == {"FINISHED"}
+    assert np.isclose(data.dof.focus_distance, depth.min())
+    data.dof.focus_distance = focus
+    path = str(OUT / "stereo.blend")
+    bpy.ops.wm.save_as_mainfile(filepath=path)
+    bpy.ops.wm.open_mainfile(filepath=path)
+    scene = bpy.context.scene
+    assert bpy.ops.rack_focus.refocus() == {"FINISHED"}
+    found = addon("passes").RenderedPasses(scene.rack_focus.filter_scene)
+    for side, view in (("_L", "left"), ("_R", "right")):
+        same(found.layer(scene.view_layers[0].name, side, view).colour, wanted[side])
+
+
 # ---- cameras and frames -----------------------------------------------------------
 
 
