@@ -166,10 +166,10 @@ def need():
 
 def is_asked(scene):
     """Are a scene's views to be cleaned together, where there is a denoiser?"""
-    cameras = [o.data.rack_focus for o in scene.objects if o.type == "CAMERA"]
-    used = [settings for settings in cameras if settings.enabled]
-    is_merged = all(settings.method != "accumulate" for settings in used)
-    is_wanted = all(settings.denoise_together for settings in used)
+    settings = [c.data.rack_focus for c in camera_objects.cameras_of(scene)]
+    used = [one for one in settings if one.enabled]
+    is_merged = all(one.method != "accumulate" for one in used)
+    is_wanted = all(one.denoise_together for one in used)
     is_on = scene.render.engine == "CYCLES" and scene.cycles.use_denoising
     return bool(used) and is_on and is_merged and is_wanted
 

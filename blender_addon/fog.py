@@ -9,7 +9,7 @@ does; others are left alone, whatever they look like.
 
 import numpy as np
 
-from . import shining
+from . import sets, shining
 from .library import rackfocus
 from .passes import NOTHING_HIT
 
@@ -26,8 +26,8 @@ def has_volume(scene):
     if _has_link(scene.world, "OUTPUT_WORLD"):
         return True
     seen = set()
-    for layer in scene.view_layers:
-        for item in layer.objects if layer.use else ():
+    for layer in sets.layers_of(scene):
+        for item in layer.objects:
             if item is None or item.hide_render:  # None: just removed
                 continue
             if item.type == "VOLUME":

@@ -6,7 +6,7 @@ is seen beside them. Several views see the hole from several points of the lens,
 right. Box and console say so.
 """
 
-from . import setup, shining, views
+from . import sets, setup, shining, views
 
 LINES = (
     "Holdouts have no depth, and one view blurs their rims",
@@ -28,7 +28,7 @@ def describe(scene, camera):
 def _are_in(scene):
     """Does a view layer that is rendered show a holdout?"""
     materials = set()
-    for layer in (one for one in scene.view_layers if one.use):
+    for layer in sets.layers_of(scene):
         if _has_collection(layer.layer_collection):
             return True
         for item in layer.objects:

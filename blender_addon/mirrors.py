@@ -18,6 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from . import camera_objects
 from .library import rackfocus
 
 PASSES = tuple(
@@ -65,8 +66,8 @@ class Seen(NamedTuple):
 
 def is_wanted(scene):
     """Does a camera of the scene want them?"""
-    cameras = (o.data.rack_focus for o in scene.objects if o.type == "CAMERA")
-    return any(settings.enabled and settings.mirrors for settings in cameras)
+    settings = (c.data.rack_focus for c in camera_objects.cameras_of(scene))
+    return any(one.enabled and one.mirrors for one in settings)
 
 
 def why_not(scene, settings):

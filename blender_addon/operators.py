@@ -14,6 +14,7 @@ from . import (
     finishing,
     group,
     keep,
+    lens,
     names,
     passes,
     refocusing,
@@ -52,6 +53,8 @@ def refocus(scene, call, own_samples=0):
     if own_samples:
         views.begin(scene, own_samples, is_refocus=True)
     setup.mute_sources(scene)
+    for node in group.nodes_of(scene):  # redone, they have lost their images
+        group.make_ready(node.node_tree, *lens.picture_size(scene.render))
     setup.sync(scene)
     bodies.measure(scene)
     is_job = False

@@ -14,6 +14,7 @@ Cryptomatte specification 1.2.0, Friedman and Jones 2015.
 
 import numpy as np
 
+from . import sets
 from .borrowed import Switch
 
 NAME = "CryptoObject"
@@ -56,7 +57,7 @@ def names_of(scene):
     objects of that sharp, wherever they are shown.
     """
     found, seen = {}, set()
-    _add_names(scene.objects, False, found, seen)
+    _add_names(sets.objects_of(scene), False, found, seen)
     return list(found)
 
 

@@ -7,7 +7,7 @@ often the sky: a halo. The box says so. The threshold itself is left alone: what
 good as invisible, a veil or the rim of a leaf's picture, would come into the depth too.
 """
 
-from . import compat, setup
+from . import compat, sets, setup
 
 LIGHT, HOLE = "EMISSION", "BSDF_TRANSPARENT"
 LOW = 0.01  # a threshold that leaves nothing out that is seen
@@ -24,7 +24,7 @@ def describe(scene, settings):
     if scene.render.engine != "CYCLES" or not is_high:
         return []
     if scene.name not in _found:
-        _found[scene.name] = _name_in(scene, layers)
+        _found[scene.name] = _name_in(sets.layers_of(scene))
     name = _found[scene.name]
     if not name:
         return []
@@ -39,7 +39,7 @@ def forget():
     _found.clear()
 
 
-def _name_in(scene, layers):
+def _name_in(layers):
     """Name of such a material of an object that is rendered, or ""."""
     seen = set()
     for layer in layers:

@@ -69,7 +69,9 @@ def why_refused(scene, size):
     now = part if is_cut else whole
     # Of a region in a whole frame, files have the part alone.
     scales = range(1, LARGEST_SCALE + 1)
-    fitting = [(w * scale, h * scale) for w, h in {now, part or now} for scale in scales]
+    fitting = [
+        (w * scale, h * scale) for w, h in {now, part or now} for scale in scales
+    ]
     if size not in fitting:
         return (
             f"the last render has {size[0]} x {size[1]} px, and the picture would have "

@@ -4,6 +4,7 @@
 scene_checks.py DIST OUT [CHECK ...]    writes OUT/scene_results.json
 """
 
+import contextlib
 import sys
 from pathlib import Path
 
@@ -199,6 +200,76 @@ def a_halo_over_a_transparent_film():
     scores = {choice: tpsnr(picture, own) for choice, picture in made.items()}
     assert scores["edges"] > scores["solid"], scores
     print("HALO", scores)
+
+
+# ---- background sets and nodes on pictures ------------------------------------------
+
+
+@check
+def what_a_background_set_holds():
+    """Its camera, objects that stay sharp, holdouts, fog and flames count."""
+    behind = bpy.context.scene
+    scene = bpy.data.scenes.new("Main")
+    common.set_up_cycles(scene)
+    scene.render.resolution_x, scene.render.resolution_y = 72, 48
+    scene.background_set, scene.world, scene.camera = (
+        behind,
+        behind.world,
+        behind.camera,
+    )
+    wanted = scene.camera.data.rack_focus
+    wanted.mirrors = wanted.enabled = True
+    addon("handlers").on_change()
+    assert addon("mirrors").is_wanted(scene)
+    wanted.mirrors = False
+    plain = shot(scene, "set0.exr")
+    assert not last_message(scene), last_message(scene)
+    cubes = [o for o in behind.objects if o.type == "MESH"]
+    cubes[0].rack_focus_keep_sharp = True
+    assert not np.array_equal(shot(scene, "set1.exr"), plain)
+    assert not addon("holdouts").describe(scene, scene.camera)
+    hold_out_a_material(cubes[:1])
+    assert addon("holdouts").describe(scene, scene.camera)
+    assert not addon("fog").has_volume(scene)
+    tree = cubes[1].data.materials[0].node_tree
+    node = tree.nodes.new("ShaderNodeVolumeScatter")
+    output = next(n for n in tree.nodes if n.type == "OUTPUT_MATERIAL")
+    tree.links.new(node.outputs[0], output.inputs["Volume"])
+    assert addon("fog").has_volume(scene)
+
+
+@check
+def a_camera_that_is_not_the_scenes():
+    """Views are cleaned together, and mirrors rendered, as the scene's own one wants."""
+    scene, data = start(views=4)
+    scene.cycles.use_denoising = True
+    other = scene.camera.copy()
+    other.data = data.copy()
+    other.data.rack_focus.denoise_together = False
+    other.data.rack_focus.mirrors = True
+    scene.collection.objects.link(other)
+    assert addon("denoising").is_asked(scene)
+    assert not addon("mirrors").is_wanted(scene)
+
+
+@check
+def a_node_on_a_picture_after_redo():
+    """Redone, its group has lost its images: a refocus said that it was at fault."""
+    scene, data = start()
+    shot(scene, "redo0.exr")
+    bpy.ops.ed.undo_push(message="rendered")
+    tree, layers, _ = tree_with_output(scene)
+    tree.nodes.active = layers
+    bpy.ops.rack_focus.add_picture_node()
+    bpy.ops.ed.undo_push(message="added")
+    wanted = shot(bpy.context.scene, "redo1.exr")
+    bpy.ops.ed.undo()
+    bpy.ops.ed.redo()
+    scene = bpy.context.scene
+    with contextlib.suppress(RuntimeError):
+        bpy.ops.rack_focus.refocus()
+    assert "a fault" not in last_message(scene), last_message(scene)
+    same(shot(scene, "redo2.exr"), wanted)
 
 
 # ---- rigid bodies -----------------------------------------------------------------
