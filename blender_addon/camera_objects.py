@@ -70,3 +70,28 @@ NO_CAMERA = types.SimpleNamespace(
 def settings_of(item):
     """What an object that is rendered through asks for: nothing where it is no camera."""
     return item.data.rack_focus if item.type == "CAMERA" else NO_CAMERA
+
+
+# ---- their own depth of field -------------------------------------------------------
+
+
+def open_lenses(cameras, depsgraph, are_open):
+    """Switches the own depth of field of objects on or off in what a render evaluated.
+
+    cameras: objects, of which those that are no cameras count for nothing. Those of the
+    file are not touched: nothing is seen of it, nor saved.
+    """
+    for camera in filter(None, cameras):
+        if settings_of(camera).enabled:
+            seen = camera.evaluated_get(depsgraph)
+            is_seen = seen.is_evaluated and seen.data.is_evaluated
+            if is_seen and seen.data.dof.use_dof != are_open:
+                seen.data.dof.use_dof = are_open
+
+
+def show_dof():
+    """Switches on what earlier versions had off in files saved in mid-render."""
+    for data in bpy.data.cameras:
+        if data.rack_focus.is_dof_hidden:
+            data.dof.use_dof = True
+            data.rack_focus.is_dof_hidden = False

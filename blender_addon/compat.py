@@ -38,6 +38,11 @@ def compositor_tree(scene):
     return scene.node_tree if scene.use_nodes else None
 
 
+def is_linked(tree):
+    """Does a compositor tree belong to another file, where no node can be added?"""
+    return HAS_NODE_GROUPS and tree.library is not None
+
+
 def unknown_nodes(tree):
     """Names of nodes of a tree that this Blender has no type for."""
     return [

@@ -194,7 +194,7 @@ def on_frame_change_post(scene, depsgraph=None):
         are_open = scene.rack_focus.is_own_lens
         cameras, ours = camera_objects.cameras_of(source), setup.filter_scene_of(source)
         seen = set() if views.is_of_view(scene.camera) else {scene.camera}
-        write(setup.open_lenses, cameras | seen, depsgraph, are_open)
+        write(camera_objects.open_lenses, cameras | seen, depsgraph, are_open)
         write(driven.follow, cameras, depsgraph.scene_eval, ours)
         write(setup.follow_subframe, source, ours)
         bodies.measure(source, depsgraph)
@@ -244,7 +244,7 @@ def _mend():
         park.restore(scene)
     views.clean_up()
     tap.clean_up()
-    setup.show_dof()
+    camera_objects.show_dof()
     park.remove_notice()
     for scene in setup.user_scenes():
         setup.unmute_sources(scene)

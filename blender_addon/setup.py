@@ -289,6 +289,8 @@ def _lead_past(scene, tree, used):
 
 def _add_nodes(scene, tree, is_new):
     """Our node for every view layer in the tree; returns names of other new nodes."""
+    if compat.is_linked(tree):
+        return []
     used = [layer.name for layer in scene.view_layers if layer.use]
     ours, others = [], []
     helpers = [node.name for node in compat.complete_nodes(tree, scene)]
@@ -397,6 +399,7 @@ def enable(scene):
     record["nodes"] = _node_names(tree)
     is_ours = record["is_new"] or record["was_off"]
     record["helpers"] = _add_nodes(scene, tree, is_ours)
+    record["was_linked"] = compat.is_linked(tree)
     scene.render.use_compositing = True
     scene.rack_focus.record = json.dumps(record)
 
@@ -461,14 +464,23 @@ def heal(scene):
 
 def refresh(scene):
     """Brings the set-up of one scene in line with its cameras; was it out of line?"""
-    is_there = filter_scene_of(scene) is not None
-    if is_wanted(scene) == is_there:
+    is_there, is_asked = filter_scene_of(scene) is not None, is_wanted(scene)
+    is_late = is_there and is_asked and _is_local_now(scene)
+    if is_there == is_asked and not is_late:
         return False
     if is_there:
         disable(scene)
-    else:
+    if is_asked:
         enable(scene)
     return True
+
+
+def _is_local_now(scene):
+    """Was the compositor's group linked when our nodes should have come into it?"""
+    tree = compat.compositor_tree(scene)
+    is_linked = tree is not None and compat.is_linked(tree)
+    record = json.loads(scene.rack_focus.record or "{}")
+    return record.get("was_linked", False) and not is_linked
 
 
 def settle(scene):
@@ -705,7 +717,7 @@ def unmute_sources(scene):
         scene.rack_focus.muted = ""
 
 
-# ---- the camera's own depth of field ----------------------------------------------
+# ---- is there an effect ------------------------------------------------------------
 
 
 def need_source(scene):
@@ -743,6 +755,11 @@ def why_not(scene):
     tree, ours = compat.compositor_tree(scene), filter_scene_of(scene)
     if tree is None:
         return "the compositor is switched off"
+    if compat.is_linked(tree):
+        return (
+            f"the compositor's group “{tree.name}” is linked from another file: click the "
+            "chain beside its name in the compositor, which makes it local"
+        )
     if not compat.is_shown(tree):
         return (
             "the compositor's first output is no colour, and Blender shows the plain "
@@ -770,25 +787,3 @@ def is_composited(scene, names):
     ours, rendered = filter_scene_of(scene), map(bpy.data.scenes.get, tuple(names))
     trees = [tree for one in filter(None, rendered) for tree in all_trees_of(one)]
     return any(layer_nodes(tree, ours) for tree in trees)
-
-
-def open_lenses(cameras, depsgraph, are_open):
-    """Switches the own depth of field of objects on or off in what a render evaluated.
-
-    cameras: objects, of which those that are no cameras count for nothing. Those of the
-    file are not touched: nothing is seen of it, nor saved.
-    """
-    for camera in filter(None, cameras):
-        if camera_objects.settings_of(camera).enabled:
-            seen = camera.evaluated_get(depsgraph)
-            is_seen = seen.is_evaluated and seen.data.is_evaluated
-            if is_seen and seen.data.dof.use_dof != are_open:
-                seen.data.dof.use_dof = are_open
-
-
-def show_dof():
-    """Switches on what earlier versions had off in files saved in mid-render."""
-    for data in bpy.data.cameras:
-        if data.rack_focus.is_dof_hidden:
-            data.dof.use_dof = True
-            data.rack_focus.is_dof_hidden = False

@@ -28,6 +28,16 @@ from common import addon, last_message, rgba, same, start, tpsnr  # noqa: E402
 
 check = Checks()
 
+
+def refusal():
+    """What a refocus says that is refused; "" where it is not."""
+    try:
+        bpy.ops.rack_focus.refocus()
+    except RuntimeError as error:
+        return str(error)
+    return ""
+
+
 # ---- nodes ------------------------------------------------------------------------
 
 
@@ -104,6 +114,39 @@ def the_active_one_of_two_outputs():
     start()
     assert other.inputs[0].is_linked and not output.is_linked
     assert not np.array_equal(shot(scene, "active1.exr"), sharp)
+
+
+@check
+def a_linked_compositor():
+    """5.x: nothing is written into the other file's group, and what to do is said."""
+    if not addon("compat").HAS_NODE_GROUPS:
+        return
+    tree, layers, _ = tree_with_output(bpy.context.scene)
+    tree.nodes.remove(layers)
+    tree.name = "Shared"
+    library = str(OUT / "shared.blend")
+    bpy.ops.wm.save_as_mainfile(filepath=library, copy=True)
+    bpy.ops.wm.open_mainfile(filepath=str(checking.BASE))
+    scene = bpy.context.scene
+    sharp = shot(scene, "linked0.exr")
+    with bpy.data.libraries.load(library, link=True) as (_, found):
+        found.node_groups = ["Shared"]
+    scene.compositing_node_group = tree = found.node_groups[0]
+    plain = shot(scene, "linked1.exr")
+    _, data = start()
+    with heard() as said:
+        same(shot(scene, "linked2.exr"), plain)
+    assert "is linked from another file" in said.getvalue(), said.getvalue()
+    assert len(tree.nodes) == 1 and "linked" in refusal()
+    tree.make_local()
+    update()
+    addon("handlers").on_change()
+    assert tree.library is None and len(tree.nodes) == 2
+    made = shot(scene, "linked3.exr")
+    assert not last_message(scene), last_message(scene)
+    assert not np.array_equal(made, sharp) and tpsnr(made, sharp) > 20
+    data.rack_focus.enabled = False
+    assert addon("setup").filter_scene_of(scene) is None
 
 
 @check
@@ -384,15 +427,6 @@ def a_scene_strip():
 
 
 # ---- refocus after changes ----------------------------------------------------------
-
-
-def refusal():
-    """What a refocus says that is refused; "" where it is not."""
-    try:
-        bpy.ops.rack_focus.refocus()
-    except RuntimeError as error:
-        return str(error)
-    return ""
 
 
 @check
