@@ -11,7 +11,7 @@ import json
 
 import bpy
 
-from . import compat, group, library, preferences, setup
+from . import compat, group, layout, library, preferences, setup
 
 PARKED = "rack_focus_parked"  # of our nodes: what restore() needs, as JSON
 STAND_IN = "rack_focus_stand_in"  # of the scene's nodes that only a written file has
@@ -38,7 +38,7 @@ def _stand_in(tree, scene, node):
     source.scene = scene
     source.layer = node.layer
     source[STAND_IN] = True
-    setup.put_below(tree, source, node)
+    layout.put_below(tree, source, node)
     return source
 
 

@@ -18,6 +18,7 @@ from . import (
     driven,
     freestyle,
     group,
+    layout,
     library,
     mirrors,
     passes,
@@ -140,35 +141,6 @@ def add_node(tree, scene, layer_name):
     return node
 
 
-NODE_GAP = 40  # px between nodes
-WITH_PREVIEW, PREVIEW = ("R_LAYERS", "IMAGE", "COMPOSITE", "VIEWER"), 190  # px
-
-
-def _box(node):
-    """(left, right, bottom, top) of a node in the tree; its height is estimated."""
-    x, y, parent = *node.location, node.parent
-    while parent is not None:
-        x, y, parent = x + parent.location.x, y + parent.location.y, parent.parent
-    n_rows = sum(s.enabled for s in (*node.inputs, *node.outputs))
-    height = 120 + 22 * n_rows + (PREVIEW if node.type in WITH_PREVIEW else 0)
-    height = max(height, node.dimensions.y)
-    return x, x + max(node.width, 140), y - height, y
-
-
-def put_below(tree, node, above):
-    """Places `node` under another one, where it covers none."""
-    left, _, bottom, _ = _box(above)
-    node.location = (left, bottom - NODE_GAP)
-    others = [_box(n) for n in tree.nodes if n != node and n.type != "FRAME"]
-    while True:
-        left, right, bottom, top = _box(node)
-        hit = [b for b in others if b[0] < right and left < b[1]]
-        hit = [b for b in hit if b[2] - NODE_GAP < top and bottom < b[3] + NODE_GAP]
-        if not hit:
-            return
-        node.location.y = min(b[2] for b in hit) - NODE_GAP - 1
-
-
 def move_links(tree, source, target):
     """Lets every link from `source` start at the same socket of `target` instead.
 
@@ -186,7 +158,7 @@ def move_links(tree, source, target):
 
 def take_over(tree, source, node):
     """Puts `node` between a Render Layers node and what follows it."""
-    put_below(tree, node, source)
+    layout.put_below(tree, node, source)
     node[BEFORE] = source.name
     for link in list(tree.links):
         name = link.from_socket.name
@@ -223,7 +195,7 @@ def put_behind(scene, tree, before, node):
     for link in [k for k in tree.links if k.from_socket == pictures[0]]:
         tree.links.new(node.outputs["Image"], link.to_socket)
     tree.links.new(pictures[0], node.inputs["Image"])
-    put_below(tree, node, before)
+    layout.put_below(tree, node, before)
 
 
 def unblur_before(scene, tree, node):
@@ -248,7 +220,7 @@ def _follow_denoisers(tree, source):
         node.node_tree.rack_focus.layer = source.layer
         node.label = NODE_LABEL
         node[INSERTED] = True
-        put_below(tree, node, denoise)
+        layout.put_below(tree, node, denoise)
         tree.links.new(denoise.outputs["Image"], node.inputs["Image"])
         for end in ends:
             tree.links.new(node.outputs["Image"], end)
@@ -270,7 +242,7 @@ def _add_caller(scene, tree, used):
     node = add_node(tree, scene, used[0] if used else scene.view_layers[0].name)
     node.label = CALLER_LABEL
     node.hide = True
-    put_below(tree, node, group.nodes_of(scene)[0])
+    layout.put_below(tree, node, group.nodes_of(scene)[0])
 
 
 def _lead_past(scene, tree, used):
@@ -282,7 +254,7 @@ def _lead_past(scene, tree, used):
         return []
     source, output = compat.new_layer_node(tree, scene), compat.output_socket(tree)
     source.scene, source.layer = scene, used[0]
-    put_below(tree, source, output.node)
+    layout.put_below(tree, source, output.node)
     tree.links.new(source.outputs["Image"], output)
     return [source.name]
 
@@ -318,7 +290,7 @@ def _add_nodes(scene, tree, is_new):
     if is_new and len(used) > 1 and scene.render.film_transparent:
         for name in used[1:]:
             node = add_node(tree, scene, name)
-            put_below(tree, node, ours[-1])
+            layout.put_below(tree, node, ours[-1])
             ours.append(node)
         others = _put_over(tree, ours, output)
     for end in [e for e in asleep.outputs(tree) if not e.is_linked]:
@@ -372,6 +344,24 @@ def _adopt(scene, foreign):
             node.layer = layer
 
 
+def _take_lost(scene):
+    """Gives our nodes a new filter scene after the old one was deleted; were there any?"""
+    lost = [
+        (tree, node)
+        for tree in all_trees_of(scene)
+        for node in layer_nodes(tree, None)
+        if BEFORE in node or node.label in (NODE_LABEL, CALLER_LABEL)
+    ]
+    if not lost:
+        return False
+    sync(scene)
+    for tree, node in lost:
+        source = tree.nodes.get(node.get(BEFORE, ""))
+        node.scene = filter_scene_of(scene)
+        node.layer = source.layer if source is not None else scene.view_layers[0].name
+    return True
+
+
 def enable(scene):
     """Makes the filter scene, switches on the Z passes, puts the nodes in."""
     if filter_scene_of(scene) is not None:
@@ -383,6 +373,8 @@ def enable(scene):
     scene.rack_focus.filter_scene = ours
     if foreign is not None and scene.rack_focus.record:
         _adopt(scene, foreign)
+        return
+    if scene.rack_focus.record and _take_lost(scene):
         return
     record = {"z": [], "was_compositing": scene.render.use_compositing}
     record["version"] = RECORD_VERSION
@@ -733,7 +725,7 @@ def need_source(scene):
     if filters and all(node.mute for node in layer_nodes(tree, scene)):
         node = compat.new_layer_node(tree, ours)
         node.scene, node.layer = scene, filters[0].layer
-        put_below(tree, node, filters[0])
+        layout.put_below(tree, node, filters[0])
 
 
 def is_filtered(scene):

@@ -510,7 +510,7 @@ def the_new_node_covers_none():
         node.location = (x + 30, y - 250 - drop)
     start()
     ours = addon("setup").layer_nodes(tree, scene.rack_focus.filter_scene)[0]
-    box = addon("setup")._box
+    box = addon("layout").box_of
     left, right, bottom, top = box(ours)
     for node in tree.nodes:
         if node != ours:

@@ -150,6 +150,26 @@ def a_linked_compositor():
 
 
 @check
+def the_filter_scene_is_deleted():
+    """Its nodes looked at nothing, and every picture was black; they get a new one."""
+    scene = bpy.context.scene
+    sharp = shot(scene, "deleted0.exr")
+    for views in (1, 3):
+        scene, data = start(views=views)
+        wanted = shot(scene, "deleted1.exr")
+        bpy.data.scenes.remove(scene.rack_focus.filter_scene)
+        if views == 1:
+            update()
+            addon("handlers").on_change()
+        same(shot(scene, "deleted2.exr"), wanted)
+        assert not last_message(scene), last_message(scene)
+        same(refocused(scene, "deleted3.exr"), wanted)
+        data.rack_focus.enabled = False
+        assert len(bpy.data.scenes) == 1 and common.tree_of(scene) is None
+        same(shot(scene, "deleted4.exr"), sharp)
+
+
+@check
 def a_defocus_node_of_the_artists():
     """Files for its depth of field have one, which would blur the picture once more."""
     scene = bpy.context.scene
