@@ -33,6 +33,12 @@ def views_of(render):
     return [v for v in used if not is_stereo or v.name in ("left", "right")]
 
 
+def first_view(render):
+    """(suffix of its file, name) of the first stereo view; empty without stereo."""
+    views = views_of(render)
+    return (views[0].file_suffix, views[0].name) if views else ("", "")
+
+
 def cameras_of(scene):
     """All camera objects that a render of the scene may look through."""
     cameras = {scene.camera, *(marker.camera for marker in scene.timeline_markers)}

@@ -202,8 +202,8 @@ def prepare(copy, is_noisy):
 def clean(rendered, frame, scene, report):
     """Takes the grain out of the views of a frame, once; DenoiserError.
 
-    rendered: views.ViewPasses; frame: engine.Frame of a view layer; scene: the user's;
-    report: as of Filter.process().
+    rendered: view_passes.ViewPasses; frame: engine.Frame of a view layer; scene: the
+    user's; report: as of Filter.process().
     """
     found = fog.filled(rendered.views(frame.layer), scene)
     if any(layer.depth is None for layer, _ in found):

@@ -38,6 +38,7 @@ from . import (
     supersample,
     taken,
     tap,
+    view_passes,
     views,
 )
 from .library import rackfocus
@@ -324,7 +325,7 @@ class RackFocusEngine(bpy.types.RenderEngine):
     def _denoise(self, rendered, frame, source, seconds):
         """Cleans views that were rendered with their grain; returns the problem."""
         started = time.perf_counter()
-        if self.is_broken or not isinstance(rendered, views.ViewPasses):
+        if self.is_broken or not isinstance(rendered, view_passes.ViewPasses):
             return None
         if rendered.is_clean(frame.layer):
             return None

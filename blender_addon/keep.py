@@ -171,13 +171,16 @@ class KeptFiles:
 
     def views(self, name, suffix="", _view=""):
         """[(passes.Layer, passes.Place)] of a view layer."""
-        paths = self._paths(name, suffix)
-        if not paths:
+        self.need(name, suffix)
+        return [_read(path) for path in self._paths(name, suffix)]
+
+    def need(self, name, suffix="", _view=""):
+        """PassesError where a view layer is missing."""
+        if not self._paths(name, suffix):
             raise passes.PassesError(
                 f"view layer “{name}” has no passes of frame {self.frame} in "
-                f"“{self.folder}”"
+                f"“{self.folder}”: press F12"
             )
-        return [_read(path) for path in paths]
 
     def size(self):
         """(width, height) in px."""

@@ -47,7 +47,11 @@ def refocus(scene, call, own_samples=0):
     if not setup.is_used(scene):
         raise passes.PassesError(". ".join(unblurred.NOT_SHOWN))
     keep_passes(scene)
-    reason = taken.why_refused(scene, passes.rendered(scene).size())
+    rendered = passes.rendered(scene)
+    for layer in scene.view_layers:
+        if layer.use and setup.is_shown(scene, layer.name):
+            rendered.need(layer.name, *camera_objects.first_view(scene.render))
+    reason = taken.why_refused(scene, rendered.size())
     if reason:
         raise passes.PassesError(reason)
     if own_samples:

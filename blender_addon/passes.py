@@ -252,6 +252,10 @@ class RenderedPasses:
         layers = dict.fromkeys((name, self.old_names.get(name, name)))
         return [(one, tail) for one in layers for tail in dict.fromkeys(("", view))]
 
+    def need(self, name, suffix="", view=""):
+        """PassesError where a view layer is missing."""
+        self.layer(name, suffix, view)
+
     def size(self):
         """(width, height) in px."""
         return _size_of(next(iter(self.files.values())))
@@ -266,7 +270,7 @@ def _size_of(channels):
     return width, height
 
 
-_kept = names.store()  # RenderedPasses, views.ViewPasses or keep.KeptFiles
+_kept = names.store()  # RenderedPasses, view_passes.ViewPasses or keep.KeptFiles
 _frames = names.store()  # frame of the last render, or of what is kept
 _old_names = names.store()  # {name of a view layer: its name in the last render}
 

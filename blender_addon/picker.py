@@ -19,8 +19,7 @@ def depth_at(scene, x, y):
     """
     found = []
     rendered = passes.rendered(scene)
-    views = camera_objects.views_of(scene.render)
-    view = (views[0].file_suffix, views[0].name) if views else ("", "")
+    view = camera_objects.first_view(scene.render)
     for layer in scene.view_layers:
         if layer.use:
             depth = rendered.layer(layer.name, *view).depth

@@ -40,6 +40,7 @@ from . import (
     sharp,
     supersample,
     switched,
+    view_passes,
 )
 from .library import rackfocus
 from .writing import set_if_other
@@ -592,85 +593,6 @@ def _turn_towards(back):
 # ---- after the views are rendered --------------------------------------------------
 
 
-class ViewPasses:
-    """The kept passes of all views of a frame; view 0 stands for the frame."""
-
-    def __init__(self, files, places, is_look_at, scale, is_noisy=False):
-        # per view and part of its pixels: (passes.RenderedPasses, suffix, view)
-        self.files = files
-        self.places = places
-        self.is_look_at = is_look_at
-        self.scale = scale
-        self.is_noisy = is_noisy  # are they to be denoised, by denoising.clean()?
-        self._clean = {}  # name of a view layer: colours of its views without grain
-
-    def is_clean(self, name):
-        """Need the views of a view layer no denoiser any more?"""
-        return not self.is_noisy or name in self._clean
-
-    def put_clean(self, name, colours):
-        """Takes colours without grain, which stand beside those of the views."""
-        self._clean[name] = colours
-
-    def guides(self, name, index):
-        """What guides a denoiser of a view; see passes.guides_of()."""
-        n = self.scale**2
-        parts = [
-            rendered.guides(name, suffix, view)
-            for rendered, suffix, view in self.files[n * index : n * (index + 1)]
-        ]
-        if n == 1:
-            return parts[0]
-        return {
-            guide: self._together([part[guide] for part in parts]) for guide in parts[0]
-        }
-
-    def _rendered(self, name, index):
-        """The passes.Layer of a view, put together of its parts."""
-        n = self.scale**2
-        parts = [
-            rendered.layer(name, suffix, view)
-            for rendered, suffix, view in self.files[n * index : n * (index + 1)]
-        ]
-        if n == 1 or any(part.depth is None for part in parts):
-            return parts[0]
-        planes = (part[:3] for part in parts)  # no mirrors: see mirrors.why_not()
-        return passes.Layer(*map(self._together, zip(*planes, strict=True)))
-
-    def _together(self, parts):
-        """One plane, or tuple of planes, of the same of all parts."""
-        if isinstance(parts[0], tuple):
-            return tuple(map(self._together, zip(*parts, strict=True)))
-        return supersample.together(parts, self.scale)
-
-    def _layer(self, name, index):
-        found, place = self._rendered(name, index), self.places[index]
-        if name in self._clean:
-            clean = self._clean[name][index]
-            found = found._replace(colour=clean, grainy=found.colour)
-        if found.depth is not None and place.depth_factor != 1:
-            is_hit = found.depth < passes.NOTHING_HIT
-            depth = np.where(is_hit, found.depth * place.depth_factor, found.depth)
-            found = found._replace(depth=depth.astype(np.float32))
-            if found.seen is not None:
-                way = (found.seen.way * place.depth_factor).astype(np.float32)
-                found = found._replace(seen=found.seen._replace(way=way))
-        return found
-
-    def size(self):
-        """(width, height) in px."""
-        width, height = self.files[0][0].size()
-        return width * self.scale, height * self.scale
-
-    def layer(self, name, *_):
-        """The passes.Layer of the first view, which is nearest to the middle."""
-        return self._layer(name, 0)
-
-    def views(self, name, *_):
-        """[(passes.Layer, passes.Place)] of a view layer."""
-        return [(self._layer(name, i), place) for i, place in enumerate(self.places)]
-
-
 def note_of(scene):
     """What the user should know of the views of the frame, or ""."""
     session = _sessions.get(scene.name)
@@ -706,7 +628,7 @@ def _take(session):
         return passes.RenderedPasses(copies[0])
     if n < 2:  # another frame's camera has several, or it cannot be filtered
         files = [(passes.RenderedPasses(copies[0]), "", "")]
-        return ViewPasses(files, [passes.MIDDLE], False, 1, is_noisy=True)
+        return view_passes.ViewPasses(files, [passes.MIDDLE], False, 1, is_noisy=True)
     if len(session.places) != n_views:
         why = "the views' cameras were not placed; the console says why"
         raise ViewsError(session.problem or why)
@@ -725,7 +647,7 @@ def _take(session):
     settings = session.camera.data.rack_focus
     is_look_at = settings.method == "accumulate" and settings.camera_move == "look_at"
     about = is_look_at, session.frame_scale, session.is_noisy
-    return ViewPasses(files, session.places, *about)
+    return view_passes.ViewPasses(files, session.places, *about)
 
 
 # ---- merging ----------------------------------------------------------------------

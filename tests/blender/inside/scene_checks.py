@@ -477,6 +477,23 @@ def a_refocus_after_names_changed():
 
 
 @check
+def a_refocus_of_a_layer_that_was_not_rendered():
+    """It is refused, and the picture stays; it was black."""
+    for views in (1, 3):
+        bpy.ops.wm.open_mainfile(filepath=str(checking.BASE))
+        scene, _ = start(views=views)
+        wanted = shot(scene, "layerless0.exr")
+        scene.view_layers.new("Second")
+        addon("handlers").on_change()
+        same(refocused(scene, "layerless1.exr"), wanted)  # its node is not shown
+        scene.view_layers.remove(scene.view_layers[0])
+        addon("handlers").on_change()
+        assert "“Second” was not rendered: press F12" in refusal()
+        same(checking.result(scene, OUT / "layerless2.exr"), wanted)
+        same(shot(scene, "layerless3.exr"), wanted)
+
+
+@check
 def a_refocus_after_the_size_changed():
     """It is refused, and the picture stays; half the size is the picture made small."""
     for views in (1, 3):
