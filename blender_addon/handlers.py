@@ -167,15 +167,23 @@ def on_frame(scene, *_):
 def on_frame_change_pre(scene, *_):
     """A copy that renders views, or the filter scene, is about to be evaluated."""
     if scene.rack_focus.source is not None:
-        camera = views.camera_of_frame(scene.rack_focus.source)
-        task = functools.partial(switched.follow_source, scene, camera)
-        main_thread.run_or_here(task, FRAME_S)
-    elif views.is_copy(scene):
-        task = functools.partial(views.follow_script, scene)
-        main_thread.run_or_here(task, FRAME_S)
+        seen = views.camera_of_frame(scene.rack_focus.source)
+        camera = switched.other_camera(scene, seen)
+        if camera is not None:
+            task = functools.partial(setattr, scene, "camera", camera)
+            main_thread.run_or_here(task, FRAME_S)
+    _follow_script(scene)
     moment = views.moment_of(scene) if views.is_copy(scene) else None
     if moment is not None:
         task = functools.partial(setattr, scene, "frame_float", moment)
+        main_thread.run_or_here(task, FRAME_S)
+
+
+def _follow_script(scene):
+    """Views through the camera that a script chose for a copy, where one did."""
+    camera = views.chosen_camera(scene) if views.is_copy(scene) else None
+    if camera is not None:
+        task = functools.partial(views.look_through, scene, camera)
         main_thread.run_or_here(task, FRAME_S)
 
 
@@ -185,9 +193,7 @@ def on_frame_change_post(scene, depsgraph=None):
     if depsgraph is None or depsgraph.mode != "RENDER":
         return
     is_copy = views.is_copy(scene)
-    if is_copy:
-        task = functools.partial(views.follow_script, scene)
-        main_thread.run_or_here(task, FRAME_S)
+    _follow_script(scene)
     source = scene.rack_focus.viewed if is_copy else scene
     is_filtered = source is not None and setup.is_filtered(source)
     if is_filtered and (is_copy or setup.is_composited(source, engine.rendering)):

@@ -9,8 +9,6 @@ one. Cameras that are bound to markers come from these.
 
 import bpy
 
-from .writing import set_if_other
-
 
 def be_last(handlers):
     """Calls ours after those of the file's scripts; handlers: (name, function) each."""
@@ -25,15 +23,14 @@ def _has_markers(scene):
     return any(marker.camera for marker in scene.timeline_markers)
 
 
-def follow_source(ours, camera):
-    """The filter scene is about to be evaluated, after its source was rendered.
+def other_camera(ours, camera):
+    """The camera that a filter scene lacks when its source was rendered, else None.
 
     camera: of the frame, where copies rendered its views, else None.
     """
     source = ours.rack_focus.source.original
     camera = camera or source.camera
-    if camera is not None and not _has_markers(source):
-        set_if_other(ours, "camera", camera)
+    return None if _has_markers(source) or camera == ours.camera else camera
 
 
 def chosen(source, copy, expected, noted):

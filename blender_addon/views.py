@@ -375,22 +375,30 @@ def _look_through(scene, session, camera):
             denoising.prepare(copy, is_noisy)
 
 
-def follow_script(copy):
-    """Views through the camera that a script chose for the frame, where one did."""
+def chosen_camera(copy):
+    """The camera that a script chose for a copy in this frame; None: it chose none."""
     source = copy.rack_focus.viewed
     session = _sessions.get(source.name) if source is not None else None
     if session is None or session.camera is None:
-        return
-    expected = session.camera
-    if copy.name in session.copy_names and session.n_cameras() > 1:
-        index = session.copy_names.index(copy.name)
-        expected = bpy.data.objects[session.camera_names[index]]
-    camera = switched.chosen(source, copy, expected, session.noted)
-    if camera is None:
-        return
+        return None
+    return switched.chosen(source, copy, _camera_of_copy(session, copy), session.noted)
+
+
+def _camera_of_copy(session, copy):
+    """What a copy renders through."""
+    if copy.name not in session.copy_names or session.n_cameras() < 2:
+        return session.camera
+    index = session.copy_names.index(copy.name)
+    return bpy.data.objects[session.camera_names[index]]
+
+
+def look_through(copy, camera):
+    """Renders the views of a frame from a camera that a script chose for a copy."""
+    source = copy.rack_focus.viewed
+    session = _sessions[source.name]
     if camera == session.camera:
         session.noted = source.camera
-        set_if_other(copy, "camera", expected)
+        set_if_other(copy, "camera", _camera_of_copy(session, copy))
     else:
         _look_through(source, session, camera)
 
