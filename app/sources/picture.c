@@ -73,10 +73,11 @@ static bool check_finite(const char *path, const struct picture *picture,
     if (n_bad == 0)
         return true;
     set_error(error,
-              "%s: %zu values are NaN or infinite, the first at pixel (%zu, %zu); "
+              "%s: %zu values are NaN or infinite, the first at pixel (%d, %d); "
               "pictures with such values have no distance, render or repair them first",
-              path, n_bad, first % (size_t)picture->width,
-              first / (size_t)picture->width);
+              path, n_bad,
+              picture->window.min_x + (int)(first % (size_t)picture->width),
+              picture->window.min_y + (int)(first / (size_t)picture->width));
     return false;
 }
 

@@ -403,6 +403,9 @@ def test_compare_nan(rackfocus, scene):
     assert (
         "b.exr: 1 values are NaN or infinite, the first at pixel (2, 3)" in done.stderr
     )
+    options = {"data": (10, 20, 57, 51), "display": (0, 0, 99, 99)}
+    paths = scene("a.exr", **options), scene("b.exr", change=spoil, **options)
+    assert "first at pixel (12, 23)" in rackfocus("compare", *paths, code=1).stderr
 
 
 def test_compare_wrong_usage(rackfocus, scene):
