@@ -58,6 +58,20 @@ static int read_aperture(struct run *run)
         "--aperture-at: '%s' is no place; give two numbers such as 0.01,-0.02", text);
 }
 
+/* A pattern and a name beside it may give a view twice. */
+static int warn_of_twins(const struct run *run)
+{
+    const struct view_list *list = &run->list;
+    for (int i = 0; i < list->n; i++)
+        for (int k = 0; k < i && !list->items[i].name; k++)
+            if (!list->items[k].name &&
+                os_file_is_same(list->items[i].path, list->items[k].path))
+                return app_warn(run->tool->host, run->error,
+                                "%s: is given twice, as two views; name each view once",
+                                list->items[i].path);
+    return APP_DONE;
+}
+
 static int check_views(const struct run *run)
 {
     if (run->list.n > RF_MAX_VIEWS) {
@@ -83,7 +97,7 @@ static int check_views(const struct run *run)
     if (settings_origin(run->settings, "method") == ORIGIN_COMMAND_LINE &&
         rf_method_find(run->settings->params.method)->max_views == 1)
         return fail_method(run);
-    return APP_DONE;
+    return warn_of_twins(run);
 }
 
 /* Are the inputs views, or a picture and perhaps its depth? One view is a picture, and

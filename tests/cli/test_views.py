@@ -393,3 +393,13 @@ def test_one_view_has_no_aperture_to_move(rackfocus, views, tmp_path):
         "filter", views()[0], "-o", tmp_path / "o.exr", "--aperture-at", "0,0", code=2
     )
     assert "--aperture-at: the input is one view" in done.stderr
+
+
+def test_a_view_that_is_given_twice_is_said(rackfocus, views, tmp_path):
+    """As by a pattern and a name beside it, whatever the name is."""
+    paths, out = views(), tmp_path / "o.exr"
+    again = tmp_path / "again.exr"
+    again.symlink_to(paths[1])
+    done = rackfocus("filter", *paths, again, "-o", out)
+    assert f"{again}: is given twice, as two views; name each view once" in done.stderr
+    assert "twice" not in rackfocus("filter", *paths, "-o", out).stderr
