@@ -253,3 +253,24 @@ def test_a_parameter_without_effect_is_warned_of():
         rackfocus.apply(colour, depth, blades=6, **LENS)
         with pytest.raises(rackfocus.UnreadParameterWarning):
             rackfocus.apply(colour, depth, box_repeats=3, **LENS)
+
+
+def test_a_picture_that_nothing_reads():
+    """Neither the picture nor a keyword that is none goes by in silence."""
+    colour, depth = make_frame(channels=3)
+    ramp = np.outer(np.arange(1, 9), np.arange(1, 6)).astype(np.float32)
+    plain = rackfocus.apply(colour, depth, **LENS)
+    told = pytest.warns(
+        rackfocus.UnreadParameterWarning, match="distribution_image: has no effect"
+    )
+    with told:
+        image = rackfocus.apply(colour, depth, distribution_image=ramp, **LENS)
+    assert (image == plain).all()
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        image = rackfocus.apply(
+            colour, depth, distribution_image=ramp, aperture="image", **LENS
+        )
+    assert np.abs(image - plain).max() > 0.01
+    with pytest.raises(rackfocus.ParameterError, match="no parameter aperture_image"):
+        rackfocus.apply(colour, depth, aperture_image=ramp, **LENS)

@@ -7,7 +7,6 @@ import os
 import re
 import subprocess
 import threading
-import warnings
 
 import numpy as np
 import OpenImageIO as oiio
@@ -605,27 +604,6 @@ def test_a_picture_as_the_distribution():
     with pytest.raises(rackfocus.ParameterError) as caught:
         filtered(colour, depth, distribution="image")
     assert caught.value.field == "distribution"
-
-
-def test_a_picture_that_nothing_reads():
-    """Neither the picture nor a keyword that is none goes by in silence."""
-    colour, depth = make_frame(channels=3)
-    ramp = np.outer(np.arange(1, 9), np.arange(1, 6)).astype(np.float32)
-    plain = rackfocus.apply(colour, depth, **LENS)
-    told = pytest.warns(
-        rackfocus.UnreadParameterWarning, match="distribution_image: has no effect"
-    )
-    with told:
-        image = rackfocus.apply(colour, depth, distribution_image=ramp, **LENS)
-    assert (image == plain).all()
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        image = rackfocus.apply(
-            colour, depth, distribution_image=ramp, aperture="image", **LENS
-        )
-    assert np.abs(image - plain).max() > 0.01
-    with pytest.raises(rackfocus.ParameterError, match="no parameter aperture_image"):
-        rackfocus.apply(colour, depth, aperture_image=ramp, **LENS)
 
 
 def test_what_is_not_read_says_why():
