@@ -164,7 +164,7 @@ rf_result rf_work_load_light(struct rf_work *work, const struct rf_view *views,
     for (int j = 0; j < work->n_views && result == RF_OK; j++) {
         struct rf_work_view *w = &work->views[j];
         if (is_plain)
-            w->image = images[j];
+            w->image = &views[j].colour;
         if (work->n_planes == 4)
             result = fill_film(work, j, error);
         size_t n = (size_t)work->frame->width * (size_t)work->frame->height;
