@@ -119,19 +119,25 @@ static void the_matte_composites_like_the_whole_picture(void)
     }
 }
 
+/* One scene with alpha and without it, both filtered. */
+static bool filter_both(struct frame *four, struct frame *three, int method)
+{
+    struct rf_params params;
+    scene_params(&params, method);
+    frame_fill_scene(four, 8);
+    memcpy(three->depth, four->depth, frame_pixels(four) * sizeof(float));
+    for (size_t i = 0; i < frame_pixels(four); i++)
+        memcpy(three->colour + 3 * i, four->colour + 4 * i, 3 * sizeof(float));
+    return frame_filter(four, &params, 2, NULL) == RF_OK &&
+           frame_filter(three, &params, 2, NULL) == RF_OK;
+}
+
 /* Where everything is opaque, alpha stays 1 and the colour is that of three channels.
  */
 static void opaque_stays_opaque(void)
 {
     struct frame four = frame_make(80, 60, 4), three = frame_make(80, 60, 3);
-    struct rf_params params;
-    scene_params(&params, RF_METHOD_LAYERED);
-    frame_fill_scene(&four, 8);
-    memcpy(three.depth, four.depth, frame_pixels(&four) * sizeof(float));
-    for (size_t i = 0; i < frame_pixels(&four); i++)
-        memcpy(three.colour + 3 * i, four.colour + 4 * i, 3 * sizeof(float));
-    REQUIRE(frame_filter(&four, &params, 2, NULL) == RF_OK);
-    REQUIRE(frame_filter(&three, &params, 2, NULL) == RF_OK);
+    REQUIRE(filter_both(&four, &three, RF_METHOD_LAYERED));
     double alpha = 0, colour = 0;
     for (size_t i = 0; i < frame_pixels(&four); i++) {
         alpha = fmax(alpha, fabs(four.out[4 * i + 3] - 1));
@@ -193,13 +199,7 @@ static void scatter_has_no_alpha_above_one(void)
 {
     struct frame four = frame_make(80, 60, 4), three = frame_make(80, 60, 3);
     struct rf_params params;
-    scene_params(&params, RF_METHOD_SCATTER);
-    frame_fill_scene(&four, 8);
-    memcpy(three.depth, four.depth, frame_pixels(&four) * sizeof(float));
-    for (size_t i = 0; i < frame_pixels(&four); i++)
-        memcpy(three.colour + 3 * i, four.colour + 4 * i, 3 * sizeof(float));
-    REQUIRE(frame_filter(&four, &params, 2, NULL) == RF_OK);
-    REQUIRE(frame_filter(&three, &params, 2, NULL) == RF_OK);
+    REQUIRE(filter_both(&four, &three, RF_METHOD_SCATTER));
     double most = 0, colour = 0;
     size_t n_full = 0;
     for (size_t i = 0; i < frame_pixels(&four); i++) {
