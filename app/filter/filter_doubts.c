@@ -2,6 +2,8 @@
 /* What a user is told of depth that can hardly be what it is taken for. */
 #include "filter/filter_private.h"
 
+#include <math.h>
+
 #include "common/report.h"
 
 /* Slanted places that are enough: fewer are one thing, which may be curved or cut by
@@ -127,12 +129,75 @@ static int warn_kind(const struct run *run)
     return APP_DONE;
 }
 
+/* ---- veils ------------------------------------------------------------------------ */
+
+/* Further from a surface than --film-depth edges looks for one. */
+enum { VEIL_PX = 9 };
+
+/* Every so many pixels along both axes are looked at. */
+enum { VEIL_STEP = 4 };
+
+/* Alphas of what is seen, and lets see through it; of the picture, what is worth a word. */
+static const float LEAST_VEIL = 0.1f, MOST_VEIL = 0.99f;
+static const double VEIL_SHARE = 0.01;
+
+static bool has_depth(const struct run *run, int32_t x, int32_t y)
+{
+    const int32_t width = run->source.width, height = run->source.height;
+    x = x < 0 ? 0 : x < width ? x : width - 1;
+    y = y < 0 ? 0 : y < height ? y : height - 1;
+    const float z = run->depth[(size_t)y * (size_t)width + (size_t)x];
+    return z > 0 && (double)z < run->params.depth_infinity && isfinite(z);
+}
+
+static bool is_veil(const struct run *run, int32_t x, int32_t y)
+{
+    const size_t i = (size_t)y * (size_t)run->source.width + (size_t)x;
+    const float alpha = run->colour[4 * i + 3];
+    if (alpha < LEAST_VEIL || alpha > MOST_VEIL)
+        return false;
+    for (int32_t k = -VEIL_PX; k <= VEIL_PX; k += VEIL_PX)
+        for (int32_t l = -VEIL_PX; l <= VEIL_PX; l += VEIL_PX)
+            if (has_depth(run, x + l, y + k))
+                return false;
+    return true;
+}
+
+/* What lets see through it, has no depth, and no surface near that it could be part of. */
+static int warn_veils(const struct run *run)
+{
+    const bool is_distance = run->params.depth == RF_DEPTH_PLANAR ||
+                             run->params.depth == RF_DEPTH_RADIAL ||
+                             run->params.depth == RF_DEPTH_INVERSE;
+    if (run->source.n_channels != 4 || !is_distance ||
+        run->params.film_depth == RF_FILM_DEPTH_KEEP)
+        return APP_DONE;
+    size_t n = 0, n_veils = 0;
+    for (int32_t y = 0; y < run->source.height; y += VEIL_STEP)
+        for (int32_t x = 0; x < run->source.width; x += VEIL_STEP, n++)
+            n_veils += is_veil(run, x, y);
+    const double share = (double)n_veils / (double)n;
+    if (share < VEIL_SHARE)
+        return APP_DONE;
+    return app_warn(run->tool->host, run->error,
+                    "%s: %.0f %% of the picture is partly transparent and has no "
+                    "depth, such as smoke "
+                    "or a veil; it is blurred as if infinitely far: render it as a "
+                    "layer of its own "
+                    "with a depth (--film-depth keep: it is far)",
+                    run->tool->scene ? run->tool->scene
+                                     : image_path(run->source.colour),
+                    100 * share);
+}
+
 int filter_warn_doubts(struct run *run)
 {
     int code = APP_DONE;
-    if (!run->windows)
+    if (!run->windows) {
         count(run);
-    if (run->doubts)
+        code = run->doubts ? warn_veils(run) : APP_DONE;
+    }
+    if (code == APP_DONE && run->doubts)
         code = warn_unit(run);
     if (code == APP_DONE && run->doubts)
         code = warn_kind(run);

@@ -88,6 +88,44 @@ def test_what_is_blurred_on_purpose_is_no_mistake(said, focus):
     assert said(colour, sky, focus=focus) == ""
 
 
+# ---- veils ---------------------------------------------------------------------------
+
+
+def film(veil, rim=6):
+    """Channels of a disc over transparent film whose alpha falls over `rim` px; right of
+    it a square of alpha `veil`. Depth only where alpha is above 0.5."""
+    width, height = SIZE
+    y, x = numpy.mgrid[0:height, 0:width]
+    alpha = numpy.clip((30 - numpy.hypot(x - 50, y - 60)) / rim, 0, 1)
+    alpha[40:70, 110:140] = veil
+    z = numpy.where(alpha > 0.5, 4, 1e10)
+    return {c: (0.6 * alpha).astype("f4") for c in "RGB"} | {
+        "A": alpha.astype("f4"),
+        "Z": z.astype("f4"),
+    }
+
+
+@pytest.mark.parametrize(
+    "veil,rim,options,is_told",
+    [
+        (0.4, 6, [], True),
+        (0.4, 6, ["--film-depth", "keep"], False),
+        (0.4, 6, ["--depth-repair", "off"], True),
+        (0.9, 6, [], False),  # has a depth
+        (0, 6, [], False),
+        (0, 16, [], False),  # what edges gives a depth
+    ],
+)
+def test_what_lets_see_through_and_has_no_depth(
+    rackfocus, tmp_path, veil, rim, options, is_told
+):
+    path = plainexr.write(tmp_path / "in.exr", film(veil, rim))
+    told = rackfocus("filter", path, "-o", tmp_path / "o.exr", "--focus-distance", "4",
+                     *LENS, *options).stderr  # fmt: skip
+    assert ("in.exr: 5 % of the picture is partly transparent" in told) == is_told, told
+    assert is_told or "transparent" not in told
+
+
 # ---- kind ----------------------------------------------------------------------------
 
 
