@@ -10,7 +10,7 @@ import numpy as np
 
 from .passes import FAR, NOTHING_HIT
 
-REACH = {"solid": 2, "all": 2, "edges": 8}  # px, of rf_film_fill()
+REACH = {"solid": 2, "all": 2}  # px, of rf_film_fill()
 EMPTY = 0.02  # alpha of what shows nothing, likewise
 LEAST_LIGHT = 0.005  # without depth, as a mean of the picture, in whites
 LEAST_RADIUS = 0.08  # of the far blur, of the picture's longer side
@@ -43,13 +43,14 @@ def _lost(alpha, depth, choice):
     """Pixels that show something and stay without depth."""
     is_missing = depth >= NOTHING_HIT
     is_lost = is_missing & (alpha > 0)
-    if choice not in REACH:
+    if choice == "keep":
         return is_lost
-    is_given = _around(~is_missing, REACH[choice])
+    reach = REACH.get(choice, min(max(max(depth.shape) // 30, 8), 64))
+    is_given = _around(~is_missing, reach)
     if choice == "solid":
         is_given &= alpha > 0.5
     elif choice == "edges":
-        is_given &= _around(is_missing & (alpha < EMPTY), REACH[choice])
+        is_given &= _around(is_missing & (alpha < EMPTY), reach)
     return is_lost & ~is_given
 
 

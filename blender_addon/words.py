@@ -225,7 +225,7 @@ CHOICES = {
     ("film_depth", "keep"): "As rendered: infinitely far",
     ("film_depth", "solid"): "Where alpha is above 0.5, 2 px from a surface",
     ("film_depth", "all"): "Wherever there is something, 2 px from a surface",
-    ("film_depth", "edges"): "Between a surface and what is empty, 8 px from both",
+    ("film_depth", "edges"): "Between a surface and what is empty: rims, soft ones too",
     ("distribution", "uniform"): "Equal light over the circle",
     ("distribution", "gaussian"): "Soft, bright in the middle",
     ("distribution", "ring"): "A bright rim, as of a mirror lens",

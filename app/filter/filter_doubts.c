@@ -131,9 +131,6 @@ static int warn_kind(const struct run *run)
 
 /* ---- veils ------------------------------------------------------------------------ */
 
-/* Further from a surface than --film-depth edges looks for one. */
-enum { VEIL_PX = 9 };
-
 /* Every so many pixels along both axes are looked at. */
 enum { VEIL_STEP = 4 };
 
@@ -150,14 +147,23 @@ static bool has_depth(const struct run *run, int32_t x, int32_t y)
     return z > 0 && (double)z < run->params.depth_infinity && isfinite(z);
 }
 
+/* Further from a surface than --film-depth edges looks for one (core/input/film.c). */
+static int32_t veil_px(const struct run *run)
+{
+    const int32_t width = run->source.width, height = run->source.height;
+    const int32_t reach = (width > height ? width : height) / 30;
+    return (reach < 8 ? 8 : reach < 64 ? reach : 64) + 1;
+}
+
 static bool is_veil(const struct run *run, int32_t x, int32_t y)
 {
+    const int32_t far = veil_px(run);
     const size_t i = (size_t)y * (size_t)run->source.width + (size_t)x;
     const float alpha = run->colour[4 * i + 3];
     if (alpha < LEAST_VEIL || alpha > MOST_VEIL)
         return false;
-    for (int32_t k = -VEIL_PX; k <= VEIL_PX; k += VEIL_PX)
-        for (int32_t l = -VEIL_PX; l <= VEIL_PX; l += VEIL_PX)
+    for (int32_t k = -far; k <= far; k += far)
+        for (int32_t l = -far; l <= far; l += far)
             if (has_depth(run, x + l, y + k))
                 return false;
     return true;

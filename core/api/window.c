@@ -10,7 +10,8 @@
  *
  *   S = 99                a surface: 5 x 5 and 7 x 7 pixels (split.c), squares of 32 px
  *                         and their neighbours (bright_areas.c); 16 px that are spread
- *                         together (kernels_tmpl.c); 3 px around gaps (gaps.c)
+ *                         together (kernels_tmpl.c); 3 px around gaps (gaps.c);
+ *                         8 px of film (film.c), which may be 64 (surface_reach())
  *   H = min(120, 5 R + 3) hidden background (hidden.c): candidates lie within 2 R, the
  *                         window reaches 2.5 times as far
  *   F = R + 4 2^l         a footprint, in blocks of the level
@@ -42,6 +43,7 @@
 #include "compose/scene.h"
 #include "input/depth.h"
 #include "input/field.h"
+#include "input/film.h"
 #include "input/frame.h"
 #include "input/light_map.h"
 #include "input/pixels.h"
@@ -274,8 +276,20 @@ static float largest_radius(const struct rf_survey *surveys, int n_views)
     return largest;
 }
 
+/* How far a surface looks: film whose depth is filled looks further than S says. */
+static int surface_reach(const struct rf_frame *f, const struct rf_survey *surveys,
+                         int n_views)
+{
+    bool is_film = false;
+    for (int j = 0; j < n_views; j++)
+        is_film |= surveys[j].n_transparent > 0;
+    int more = is_film ? rf_film_reach(f) - RF_FILM_REACH_LEAST : 0;
+    return SURFACE + rf_max_int(more, 0);
+}
+
 /* What one view needs around a window. */
-static struct rf_margin margin_of_one(const struct rf_frame *f, float largest)
+static struct rf_margin margin_of_one(const struct rf_frame *f, float largest,
+                                      int surface)
 {
     double extent[2];
     rf_shape_extent(&f->shape, extent);
@@ -286,7 +300,7 @@ static struct rf_margin margin_of_one(const struct rf_frame *f, float largest)
     int size = 1 << level, passes = level ? 16 * size : 0;
     int r = (int)ceilf(reach), spread = r + 4 * size;
     int visible = rf_max_int(passes, passes / 2 + hidden_reach(r)) + spread;
-    return (struct rf_margin){.px = rf_max_int(visible, 3 * r) + SURFACE,
+    return (struct rf_margin){.px = rf_max_int(visible, 3 * r) + surface,
                               .border = rf_picture_border(largest),
                               .level = level};
 }
@@ -300,8 +314,9 @@ static rf_result margin_of(const struct rf_frame *f, const struct rf_survey *sur
                            .n_views = n_views,
                            .views = places,
                            .largest_radius = largest_radius(surveys, n_views)};
+    int surface = surface_reach(f, surveys, n_views);
     if (n_views == 1) {
-        *margin = margin_of_one(f, work.largest_radius);
+        *margin = margin_of_one(f, work.largest_radius, surface);
         return RF_OK;
     }
     for (int j = 0; j < n_views; j++)
@@ -310,7 +325,7 @@ static rf_result margin_of(const struct rf_frame *f, const struct rf_survey *sur
     double extent[2];
     rf_shape_extent(&f->shape, extent);
     float reach = work.largest_radius * (float)fmax(fmax(extent[0], extent[1]), 1);
-    return rf_views_margin(&work, SURFACE, hidden_reach((int)ceilf(reach)), margin,
+    return rf_views_margin(&work, surface, hidden_reach((int)ceilf(reach)), margin,
                            error);
 }
 

@@ -29,6 +29,11 @@ static inline bool rf_film_is_lit(const float colour[4])
     return most > 1e-3f + 100 * rf_max_float(colour[3], 0);
 }
 
+enum { RF_FILM_REACH_LEAST = 8, RF_FILM_REACH_MOST = 64 }; /* px, of edges */
+
+/* How far away in x and y rf_film_fill() looks, px. */
+int rf_film_reach(const struct rf_frame *frame);
+
 /*
  * Gives partly transparent pixels without depth that of a surface, as film_depth says:
  * changes `radius`, packed. *is_changed is true where one was.

@@ -48,7 +48,7 @@
     X(RF_FILM_DEPTH_SOLID, "solid", "where alpha is above 0.5, 2 px from a surface")   \
     X(RF_FILM_DEPTH_ALL, "all", "wherever there is something, 2 px from a surface")    \
     X(RF_FILM_DEPTH_EDGES, "edges",                                                    \
-      "between a surface and what is empty, 8 px from both")
+      "between a surface and what is empty: rims, soft ones too")
 
 #define RF_LIST_METHOD(X)                                                              \
     X(RF_METHOD_LAYERED, "layered", "occlusion-aware layers, one view; the default")   \

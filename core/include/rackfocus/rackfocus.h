@@ -633,7 +633,7 @@ struct rf_survey {
  * How many px around `counted` rf_filter_survey() is to be given, where the picture
  * goes on.
  */
-enum { RF_SURVEY_MARGIN = 66 };
+enum { RF_SURVEY_MARGIN = 96 };
 
 /**
  * Counts the pixels of window `counted`, which lies within `given`, the window that
@@ -661,7 +661,8 @@ RF_API rf_result rf_filter_survey(const struct rf_filter *filter,
  * adds is less than 64 px to the left, from 8 px on 16 R, and half of it
  * above. `surveys` are those of n_views views; with U how far the views move what is
  * blurred by R, along either axis, more than one of them need up to R + U px more, or
- * 6 R + 3 U + 100 if that is more. RF_ERROR_ARGUMENT: the window, or a survey that has
+ * 6 R + 3 U + 100 if that is more; and up to 56 px more of pictures that are partly
+ * transparent, whose film_depth is edges. RF_ERROR_ARGUMENT: the window, or a survey that has
  * not counted every pixel; RF_ERROR_DEPTH: every depth is 0; RF_ERROR_PARAMETER as
  * rf_filter_survey(). Since 0.1.
  */
