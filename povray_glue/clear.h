@@ -8,7 +8,7 @@
 /* Names that files of POV-Ray's own declare for such things: Clear, Water, Mirror. They
  * point into the files' text. */
 struct clear_names {
-    const char **names; /* sorted by clear_sort() */
+    const char **names; /* sorted by length, then by bytes */
     size_t *lengths;
     int n;
 };

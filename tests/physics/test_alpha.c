@@ -281,16 +281,18 @@ static void film_depth_chooses_by_alpha(void)
 }
 
 /*
- * Thing in focus, opaque up to x = 40, whose alpha falls to `end` at x = 46 and goes on
- * like that. No depth below 0.5.
+ * Thing in focus, opaque up to x = 40, whose alpha falls to `end` `width` px on and stays
+ * so, striped, before film or a sky of that light. No depth up to 0.5. Filtered.
  */
-static double light_at(float end, int film_depth, int x)
+static struct frame rim(float end, int width, float sky, int film_depth)
 {
     struct frame f = frame_make(WIDTH, HEIGHT, 4);
     for (size_t i = 0; i < frame_pixels(&f); i++) {
-        float to = 1 - (1 - end) * (float)((int)(i % WIDTH) - 40) / 6;
+        int x = (int)(i % WIDTH);
+        float to = 1 - (1 - end) * (float)(x - 40) / (float)width;
         float *c = f.colour + 4 * i;
-        c[0] = c[1] = c[2] = c[3] = fminf(fmaxf(to, end), 1);
+        c[3] = fminf(fmaxf(to, end), 1);
+        c[0] = c[1] = c[2] = c[3] * (x / 2 % 2 ? 1 : 0.2f) + (1 - c[3]) * sky;
         f.depth[i] = c[3] > 0.5f ? PLAIN_FOCUS : INFINITY;
     }
     struct rf_params params;
@@ -298,23 +300,48 @@ static double light_at(float end, int film_depth, int x)
     params.max_radius = 30;
     params.film_depth = film_depth;
     CHECK(frame_filter(&f, &params, 2, NULL) == RF_OK);
+    return f;
+}
+
+static double alpha_at(int film_depth, int x)
+{
+    struct frame f = rim(0, 6, 0, film_depth);
     double found = frame_at(&f, f.out, x, HEIGHT / 2)[3];
     frame_free(&f);
     return found;
 }
 
-/* A rim 6 px wide stays sharp with its thing; a veil beside it does not. */
+/* A rim 6 px wide stays sharp with its thing. */
 static void rims_take_their_depth(void)
 {
     struct rf_params params;
     plain_params(&params, RF_METHOD_LAYERED);
     CHECK(params.film_depth == RF_FILM_DEPTH_EDGES);
-    CHECK_NEAR(light_at(0, RF_FILM_DEPTH_EDGES, 45), 1 / 6.0, 0.01);
-    CHECK_NEAR(light_at(0, RF_FILM_DEPTH_EDGES, 50), 0, 0.01);
-    CHECK(light_at(0, RF_FILM_DEPTH_SOLID, 45) < 0.12);
-    CHECK(light_at(0, RF_FILM_DEPTH_SOLID, 50) > 0.02);
-    CHECK_NEAR(light_at(0.3f, RF_FILM_DEPTH_EDGES, 44),
-               light_at(0.3f, RF_FILM_DEPTH_KEEP, 44), 1e-6);
+    CHECK_NEAR(alpha_at(RF_FILM_DEPTH_EDGES, 45), 1 / 6.0, 0.01);
+    CHECK_NEAR(alpha_at(RF_FILM_DEPTH_EDGES, 50), 0, 0.01);
+    CHECK(alpha_at(RF_FILM_DEPTH_SOLID, 45) < 0.12);
+    CHECK(alpha_at(RF_FILM_DEPTH_SOLID, 50) > 0.02);
+}
+
+static bool is_kept(float end, int width, float sky, int film_depth)
+{
+    struct frame kept = rim(end, width, sky, RF_FILM_DEPTH_KEEP);
+    struct frame f = rim(end, width, sky, film_depth);
+    bool is_same = !memcmp(f.out, kept.out, frame_bytes(&f));
+    frame_free(&f);
+    frame_free(&kept);
+    return is_same;
+}
+
+/* A veil goes on from the thing; a sky that is seen where alpha is 0 is seen through the
+ * rim, too. */
+static void veils_and_skies_take_none(void)
+{
+    CHECK(is_kept(0.3f, 6, 0, RF_FILM_DEPTH_EDGES));
+    CHECK(!is_kept(0.3f, 6, 0, RF_FILM_DEPTH_ALL));
+    CHECK(is_kept(0, 6, 0.5f, RF_FILM_DEPTH_EDGES));
+    CHECK(is_kept(0, 2, 0.5f, RF_FILM_DEPTH_ALL));
+    CHECK(!is_kept(0, 2, 0, RF_FILM_DEPTH_ALL));
 }
 
 /* The sky of an opaque film has no depth either, and keeps none. */
@@ -352,6 +379,7 @@ int main(int argc, char **argv)
     TEST(grey_is_one_channel_of_rgb);
     TEST(film_depth_chooses_by_alpha);
     TEST(rims_take_their_depth);
+    TEST(veils_and_skies_take_none);
     TEST(the_sky_is_no_veil);
     return testing_end();
 }
