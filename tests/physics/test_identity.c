@@ -260,6 +260,57 @@ static void a_fold_near_the_focus_has_no_holes(void)
     frame_free(&f);
 }
 
+/*
+ * What a wire shows at a place: nothing beside it, and from one rim to the other it is
+ * shaded from light to dark. Its width is 3.4 px, its slope 0.2.
+ */
+static bool is_on_wire(double x, double y, double *shade)
+{
+    double across = (y - 40 - 0.2 * (x - 60)) / 1.7;
+    *shade = 0.34 - 0.3 * across;
+    return fabs(across) < 1;
+}
+
+/*
+ * A shaded grey wire, blurred by 30 px, crosses an even orange wall in focus: it takes a
+ * little of the light of all that is near it, and leaves no lines along its rims.
+ */
+static void a_shaded_wire_leaves_no_lines(void)
+{
+    enum { PARTS = 8, NEAR_PX = 6 };
+    static const float wall[] = {0.5f, 0.3f, 0.1f};
+    struct rf_params params;
+    struct frame f = frame_make(120, 80, 3);
+    plain_params(&params, RF_METHOD_LAYERED);
+    for (int y = 0; y < f.height; y++)
+        for (int x = 0; x < f.width; x++) {
+            double shade;
+            for (int part = 0; part < PARTS * PARTS; part++) {
+                double at_x = x + (part % PARTS + 0.5) / PARTS;
+                double at_y = y + (part / PARTS + 0.5) / PARTS;
+                bool is_wire = is_on_wire(at_x, at_y, &shade);
+                for (int n = 0; n < 3; n++)
+                    frame_at(&f, f.colour, x, y)[n] +=
+                        (is_wire ? (float)shade : wall[n]) / (PARTS * PARTS);
+            }
+            bool is_wire = is_on_wire(x + 0.5, y + 0.5, &shade);
+            f.depth[y * f.width + x] = is_wire ? plain_depth(-30) : PLAIN_FOCUS;
+        }
+    CHECK(frame_filter(&f, &params, 2, NULL) == RF_OK);
+    double squares = 0, n_samples = 0;
+    for (int x = 35; x < 85; x++) {
+        int middle = (int)(40 + 0.2 * (x + 0.5 - 60));
+        for (int n = 0; n < 3; n++) {
+            float beside = frame_at(&f, f.out, x, middle - NEAR_PX)[n];
+            for (int y = middle - NEAR_PX; y < middle + NEAR_PX; y++, n_samples++)
+                squares += pow(frame_at(&f, f.out, x, y)[n] - beside, 2);
+        }
+    }
+    printf("# off by %g\n", sqrt(squares / n_samples));
+    CHECK(squares < 0.02 * 0.02 * n_samples);
+    frame_free(&f);
+}
+
 int main(int argc, char **argv)
 {
     testing_begin(argc, argv);
@@ -270,6 +321,7 @@ int main(int argc, char **argv)
     TEST(constant_walls_beyond_the_first_level);
     TEST(rims_are_alike_on_all_sides);
     TEST(a_fold_near_the_focus_has_no_holes);
+    TEST(a_shaded_wire_leaves_no_lines);
     TEST(mirrored_input_gives_a_mirrored_picture);
     return testing_end();
 }
