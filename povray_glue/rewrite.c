@@ -28,10 +28,11 @@ static const char *const type_items[] = {
     "perspective",  "orthographic", "fisheye",   "ultra_wide_angle", "omnimax",
     "panoramic",    "cylinder",     "spherical", "mesh_camera",      "normal",
     "user_defined", "bokeh",        NULL};
-/* Words that stand nowhere but in a camera. */
-static const char *const camera_only[] = {"location",     "look_at",  "focal_point",
-                                          "blur_samples", "aperture", "orthographic",
-                                          "perspective",  NULL};
+/* Words that stand, outside all braces, nowhere but in a camera. */
+static const char *const camera_only[] = {
+    "location",     "look_at",     "focal_point", "blur_samples", "aperture",
+    "orthographic", "perspective", "angle",       "right",        "up",
+    "sky",          "direction",   NULL};
 static const char *const shapes[] = {"sphere",
                                      "box",
                                      "cone",
@@ -153,6 +154,39 @@ static bool has_loose_items(const struct tokens *tokens, int i, int end)
     return false;
 }
 
+static bool is_item(const struct tokens *tokens, int i)
+{
+    return is_any_word(tokens, i, vector_items) ||
+           is_any_word(tokens, i, number_items) ||
+           is_any_word(tokens, i, transform_items) ||
+           is_any_word(tokens, i, type_items) || token_is_word(tokens, i, "transform");
+}
+
+bool rewrite_makes_transform(const struct tokens *tokens, const char *macro)
+{
+    bool is_found = false;
+    for (int i = 0; i < tokens->n; i++) {
+        if (!token_is_directive(tokens, i, "macro") ||
+            !token_is_word(tokens, i + 1, macro))
+            continue;
+        const int end = token_find_end(tokens, i);
+        for (int k = token_skip_directive(tokens, i); k < end;) {
+            const bool is_transform = is_any_word(tokens, k, transform_items) ||
+                                      token_is_word(tokens, k, "transform");
+            const int from = k;
+            if (is_item(tokens, k) && !is_transform)
+                return false;
+            is_found |= is_transform;
+            if (tokens->items[k].kind == TOKEN_DIRECTIVE)
+                k = token_skip_directive(tokens, k);
+            else if (token_is_sign(tokens, k, '{'))
+                k = token_skip_group(tokens, k);
+            k = k > from ? k : from + 1;
+        }
+    }
+    return is_found;
+}
+
 static bool is_computed_include(const struct tokens *tokens, int i)
 {
     return token_is_directive(tokens, i, "include") && i + 1 < tokens->n &&
@@ -172,14 +206,6 @@ bool rewrite_has_camera(const struct tokens *tokens)
 static void record_text(struct writer *w, const char *key, const char *value)
 {
     text_addf(w->out, " #debug \"@rf~%s~%s;\\n\" ", key, or_nothing(value));
-}
-
-static bool is_item(const struct tokens *tokens, int i)
-{
-    return is_any_word(tokens, i, vector_items) ||
-           is_any_word(tokens, i, number_items) ||
-           is_any_word(tokens, i, transform_items) ||
-           is_any_word(tokens, i, type_items) || token_is_word(tokens, i, "transform");
 }
 
 /* Token after the value at i: an expression, or directives with one in each branch, as
@@ -273,6 +299,29 @@ static int write_transform_block(struct writer *w, int i)
     return end;
 }
 
+static bool calls_transform(const struct writer *w, int i)
+{
+    if (w->how->mode != REWRITE_RECORD || !w->how->makes_transform ||
+        !token_is_sign(w->tokens, i + 1, '('))
+        return false;
+    char *name = token_text(w->tokens, i);
+    const bool is_one = name && w->how->makes_transform(w->how->user, name);
+    free(name);
+    return is_one;
+}
+
+/* `Spline_Trans(...)`: what the macro makes is declared before it takes effect. */
+static int write_transform_call(struct writer *w, int i)
+{
+    const int end = token_skip_group(w->tokens, i + 1);
+    copy_to(w, begin_of(w, i));
+    text_addf(w->out, " #declare RT_=transform{");
+    copy_to(w, end_before(w, end));
+    text_addf(w->out, "} ");
+    write_transform(w);
+    return end;
+}
+
 static int write_type_item(struct writer *w, int i)
 {
     if (w->how->mode == REWRITE_RECORD) {
@@ -304,6 +353,8 @@ static int write_item(struct writer *w, int i)
         return write_transform_block(w, i);
     if (is_any_word(tokens, i, type_items))
         return write_type_item(w, i);
+    if (calls_transform(w, i))
+        return write_transform_call(w, i);
     return token_skip_expression(tokens, i); /* a macro's call */
 }
 

@@ -28,6 +28,9 @@ struct rewrite {
     const char *head; /* goes to the beginning, but behind a #version */
     /* Path to put in place of an #include's string, or NULL to leave it. */
     const char *(*include_path)(void *user, const char *name);
+    /* Does a macro of this name make a transformation (rewrite_makes_transform)? May be
+     * NULL. */
+    bool (*makes_transform)(void *user, const char *macro);
     void *user;
     /* Names that computed #includes came to so far; include_path knows them. */
     char *const *computed;
@@ -44,5 +47,9 @@ bool rewrite_has_camera(const struct tokens *tokens);
 
 /* The string of an #include at token i as a new string, NULL where it is computed. */
 char *rewrite_include_name(const struct tokens *tokens, int i);
+
+/* Does the file define a macro of this name that makes a transformation, and no other
+ * item of a camera? */
+bool rewrite_makes_transform(const struct tokens *tokens, const char *macro);
 
 #endif

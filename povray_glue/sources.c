@@ -282,6 +282,15 @@ static const char *copy_of_include(void *user, const char *name)
     return copy;
 }
 
+static bool makes_transform(void *user, const char *macro)
+{
+    const struct sources *sources = user;
+    for (int i = 0; i < sources->n; i++)
+        if (rewrite_makes_transform(&sources->items[i].tokens, macro))
+            return true;
+    return false;
+}
+
 void sources_set_size(struct sources *sources, int32_t width, int32_t height)
 {
     if (sources->width != width || sources->height != height)
@@ -328,6 +337,7 @@ static bool write_copy(struct sources *sources, int k, const char *path,
     struct rewrite how = {.mode = sources->mode,
                           .head = head,
                           .include_path = copy_of_include,
+                          .makes_transform = makes_transform,
                           .user = sources,
                           .computed = sources->computed,
                           .n_computed = sources->n_computed};

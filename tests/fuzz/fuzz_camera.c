@@ -14,6 +14,11 @@ static const char *include_path(void *user, const char *name)
     return strlen(name) % 2 ? "/private/copy.inc" : NULL;
 }
 
+static bool makes_transform(void *user, const char *macro)
+{
+    return rewrite_makes_transform(user, macro);
+}
+
 static size_t count_lines(const char *text, size_t n)
 {
     size_t lines = 0;
@@ -34,8 +39,11 @@ static void rewrite(const char *text, size_t size)
     }
     for (int mode = REWRITE_RECORD; mode <= REWRITE_HOLLOW; mode++) {
         struct text out = {0};
-        struct rewrite how = {
-            .mode = mode, .head = "#declare RF_=0; ", .include_path = include_path};
+        struct rewrite how = {.mode = mode,
+                              .head = "#declare RF_=0; ",
+                              .include_path = include_path,
+                              .makes_transform = makes_transform,
+                              .user = &tokens};
         rewrite_file(&out, &tokens, size, &how);
         PROMISE(count_lines(out.data ? out.data : "", out.n) ==
                 count_lines(text, size));

@@ -132,6 +132,34 @@ def test_values_that_only_povray_can_tell(camera, tmp_path, text, location):
     assert camera("s.pov", cwd=tmp_path)["location"] == near(*location)
 
 
+FLIGHT = (
+    "#declare S = spline { linear_spline 0,<0,1,-5> 1,<0,1,5> } camera { location 0 "
+    "look_at z focal_point z*6 aperture 0.3 Spline_Trans(S, 0.25, y, 0.1, 0.5) }"
+)
+
+
+@pytest.mark.parametrize(
+    "text, location",
+    [
+        ("camera { location <0,1,-5> Axis_Rotate_Trans(y, 90) " + REST, (-5, 1, 0)),
+        ("camera { location <0,1,-5> transform { Turn(90) } " + REST, (-5, 1, 0)),
+        ("camera { location <0,1,-5> Turn(90) Turn(90) " + REST, (0, 1, 5)),
+        ("camera { location <0,1,-5> Zoom(20) " + REST, (0, 2, -5)),
+        ('camera { location <0,1,-5> #include "zoom.inc" ' + REST, (0, 2, -5)),
+        (FLIGHT, (0, 1, -2.5)),
+    ],
+)
+def test_transformations_from_macros(camera, tmp_path, text, location):
+    (tmp_path / "zoom.inc").write_text("angle 40 translate y")
+    (tmp_path / "s.pov").write_text(
+        "#version 3.7; global_settings { assumed_gamma 1 }\n"
+        '#include "transforms.inc"\n'
+        "#macro Turn(A) rotate y*A #end #macro Zoom(A) angle A translate y #end\n"
+        "box { <1,0,1>,<2,1,2> Turn(20) pigment { rgb 1 } }\n" + text
+    )
+    assert camera("s.pov", cwd=tmp_path)["location"] == near(*location)
+
+
 def test_what_is_as_near_as_the_probe(camera, tmp_path):
     """A camera 8e5 away from the origin, among things a unit away."""
     (tmp_path / "s.pov").write_text(
