@@ -75,8 +75,10 @@ struct povray_options {
     /* The lens, where it is not to be the scene's. */
     bool has_aperture, has_focal_point, has_focus_distance;
     double aperture, focal_point[3], focus_distance;
-    bool has_f_stop; /* the user gave a lens that is not known here: the scene's is off
-                      */
+    /* The user gave an f-stop: the scene's lens is off, and that of a perspective and of
+     * an orthographic camera has these radii; 0: not known here. */
+    bool has_f_stop;
+    double stop_radius[2];
     /* Samples of the passes along a side of each pixel, 1 to 4; 0: as many as the
      * picture needs (povray_render), 1 (views). */
     int32_t supersample;

@@ -273,7 +273,9 @@ bool scene_choose_camera(struct povray_scene *scene, struct povray_error *error)
                "--focus-distance";
     if (what)
         snprintf(error->message, sizeof error->message, "%s: %s", options->scene, what);
-    camera->aperture = options->has_f_stop ? 0 : fabs(camera->aperture);
+    camera->aperture = options->has_f_stop
+                           ? 4 * options->stop_radius[camera->is_orthographic]
+                           : fabs(camera->aperture);
     return !what && !glue_is_lost();
 }
 

@@ -168,6 +168,25 @@ static bool check_lens(const struct povray_tool *tool, const struct settings *se
     return true;
 }
 
+/* The f-stop is the lens' radius for POV-Ray, whose camera has its own field of view:
+ * what is typed of another gives way. Other optics need the focal length itself. */
+static void take_f_stop(struct povray_tool *tool, struct settings *settings)
+{
+    static const char *const names[] = {"f-stop",       "focal-length",  "unit-scale",
+                                        "sensor-width", "sensor-height", "sensor-fit"};
+    const struct rf_params *params = &settings->params;
+    struct settings plain;
+    if (!is_typed(settings, "f-stop") || is_typed(settings, "lens-radius") ||
+        params->optics != RF_OPTICS_CAMERA)
+        return;
+    const double unit = (double)params->unit_scale / (2 * (double)params->f_stop);
+    tool->stop_radius[0] = 1e-3 * (double)params->focal_length * unit;
+    tool->stop_radius[1] = unit;
+    settings_init(&plain);
+    for (size_t i = 0; i < sizeof(names) / sizeof(names[0]); i++)
+        settings_take(settings, &plain, names[i]);
+}
+
 static bool fail_number_of_views(int32_t n, const char *method, int least, int most)
 {
     message("--views: %d; the method %s takes %d to %d; see rackfocus povray --help", n,
@@ -269,19 +288,21 @@ bool povray_command_plan(const struct povray_tool *tool,
                          const struct settings *settings,
                          const struct povray_plan *plan, struct povray_options *made)
 {
+    const bool has_f_stop = tool->stop_radius[0] > 0 || is_typed(settings, "f-stop");
     *made = (struct povray_options){
         .scene = plan->scene,
         .program = tool->program,
         .args = plan->args,
         .n_args = plan->n_args,
         .frame = -1,
-        .has_f_stop = is_typed(settings, "f-stop"),
+        .has_f_stop = has_f_stop,
+        .stop_radius = {tool->stop_radius[0], tool->stop_radius[1]},
         .supersample = choose_samples(tool, plan),
         /* Who keeps passes wants them as the picture is. */
         .is_through_glass = tool->is_through_glass,
         .warns_by_look = !tool->is_quiet || tool->is_strict,
         .overscan_px = tool->overscan_px < 0 && tool->keep ? 0 : tool->overscan_px,
-        .wants_lens = !is_typed(settings, "f-stop"),
+        .wants_lens = !has_f_stop,
         .is_cancelled = is_cancelled,
         .n_threads = thread_count(tool->n_threads)};
     if (!isnan(tool->aperture)) {
@@ -324,9 +345,11 @@ static bool check_only_views(const struct povray_tool *tool)
     return false;
 }
 
-bool povray_command_check(struct povray_tool *tool, const struct settings *settings,
+bool povray_command_check(struct povray_tool *tool, struct settings *settings,
                           const struct operands *operands)
 {
-    return check_usage(tool, operands) && check_lens(tool, settings) &&
-           check_views(tool, settings) && check_only_views(tool);
+    if (!check_usage(tool, operands) || !check_lens(tool, settings))
+        return false;
+    take_f_stop(tool, settings);
+    return check_views(tool, settings) && check_only_views(tool);
 }

@@ -305,7 +305,7 @@ def test_the_result_says_how_it_was_made(rackfocus, tmp_path):
         (["--method", "accumulate", "--views", 1], "takes 2 to 1024"),
         (["--method", "accumulate", "--views", 1025], "1024"),
         (["--views", 65], "views takes 1 to 64"),
-        (["--method", "accumulate", "--f-stop", 2], "--aperture"),
+        (["--method", "accumulate", "--f-stop", 2, "--optics", "yu"], "--aperture"),
         (["--method", "accumulate", "--keep", "x.exr"], "takes a folder"),
         (["--shutter", 1], "--method accumulate"),
         (["--subpixel"], "--method accumulate"),

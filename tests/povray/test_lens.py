@@ -34,7 +34,7 @@ def encoded(pixels):
 
 
 def tpsnr(a, b):
-    return -10 * numpy.log10(((encoded(a) - encoded(b)) ** 2).mean())
+    return -10 * numpy.log10(((encoded(a) - encoded(b)) ** 2).mean() + 1e-12)
 
 
 def povray_itself(name, folder, *options):
@@ -85,6 +85,32 @@ def test_a_lens_for_a_scene_without_one(rackfocus, tmp_path):
         assert "neither focal_point nor look_at" in text and "--focus-distance" in text
     rackfocus("povray", "t.pov", "-o", "o.exr", "--aperture", 0.5, "--focal-point",
               "< 0, 1,-1>", "--", *SIZE, cwd=tmp_path)  # fmt: skip
+
+
+@pytest.mark.parametrize("options", [[], ["--views", 3], ["--method", "accumulate"]])
+@pytest.mark.parametrize("camera", ["", "orthographic "])
+def test_an_f_stop_is_the_lens_radius(rackfocus, tmp_path, camera, options):
+    """The border, the views, the reference and what is kept are those of its lens."""
+    items = f"{camera}location <0,1,-5> look_at <0,1,0> {LENS}"
+    (tmp_path / "s.pov").write_text(scene(items))
+    lens = {
+        "a.exr": ["--lens-radius", 0.1],
+        "b.exr": ["--f-stop", 5 if camera else 0.5, "--focal-length", 100,
+                  "--sensor-width", 12],
+    }  # fmt: skip
+    for name, typed in lens.items():
+        kept = ["--keep", "kept-" + name] if not options else []
+        rackfocus("povray", "s.pov", "-o", name, *typed, *options, *kept, "--", *SIZE,
+                  cwd=tmp_path)  # fmt: skip
+    expected = picture(tmp_path / "a.exr")
+    assert tpsnr(picture(tmp_path / "b.exr"), expected) > 60
+    if not options:
+        rackfocus("filter", "kept-b.exr", "-o", "c.exr", cwd=tmp_path)
+        assert tpsnr(picture(tmp_path / "c.exr"), expected) > 60
+    if not camera and not options:
+        said = rackfocus("povray", "s.pov", "-o", "b.exr", "--reference", 60,
+                         *lens["b.exr"], "--", *SIZE, cwd=tmp_path).stdout  # fmt: skip
+        assert float(re.search(r"tPSNR ([0-9.]+)", said)[1]) > 30
 
 
 @pytest.mark.parametrize(

@@ -147,7 +147,7 @@ def test_one_file_keeps_all_views(rackfocus, scene, tmp_path):
     "options, text",
     [
         (["--method", "layered"], "merged by the method views"),
-        (["--f-stop", "2"], "--aperture"),
+        (["--f-stop", "2", "--optics", "lens"], "--aperture"),
     ],
 )
 def test_wrong_usage(rackfocus, scene, tmp_path, options, text):
