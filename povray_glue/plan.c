@@ -74,7 +74,8 @@ static void note_option(void *user, const char *option, const char *file)
         if (value && *value)
             *numbers[i].number = strtod(value, NULL);
     }
-    if (file == NULL || !strstr(file, "povray.ini"))
+    /* A file has what its author, or an exporter, wanted of POV-Ray itself. */
+    if (!file)
         note_antialiasing(found, option);
     if (is_partial(option)) {
         free(found->part);

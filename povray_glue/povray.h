@@ -42,7 +42,7 @@ struct povray_plan {
     bool is_animation;
     int32_t first, last;   /* frames of the animation */
     int32_t from, to;      /* those to make */
-    bool has_antialiasing; /* the options ask for it, and say how */
+    bool has_antialiasing; /* options that no file holds ask for it, and say how */
 };
 
 /*

@@ -357,6 +357,7 @@ def test_alpha(rackfocus, tmp_path):
         (["-A"], 3),
         (["+A0.1", "Antialias=off"], 3),
         (["off.ini"], 3),
+        (["on.ini"], 3),
         (["off.ini", "+A"], 1),
         (["Antialias=On"], 1),
         (["Antialias_Threshold=0.1"], 1),
@@ -368,6 +369,7 @@ def test_no_antialiasing_is_no_wish_for_few_samples(
     """What POV-Ray shall not do is done by the samples of the passes."""
     (tmp_path / "s.pov").write_text(SCENE)
     (tmp_path / "off.ini").write_text("Antialias=Off\nAntialias_Threshold=0.3\n")
+    (tmp_path / "on.ini").write_text("Antialias=On\nAntialias_Depth=2\nJitter=Off\n")
     words = ["povray", "s.pov", "-o"]
     rackfocus(*words, "a.exr", "--", *SIZE, *options, cwd=tmp_path)
     rackfocus(*words, "b.exr", "--supersample", n_samples, "--", *SIZE, *options,
