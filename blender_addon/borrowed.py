@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A switch of view layers that we have on while we need it, and give back.
+"""A switch of view layers that we set while we need it, and give back.
 
 Which layers got it stands in the scene's record, so that a file that was saved meanwhile
 gives it back too.
@@ -16,17 +16,18 @@ class Switch(NamedTuple):
     key: str  # in the scene's record: names of the layers
     owner_of: Callable  # what of a view layer has the switch
     name: str
+    value: bool = True  # what we set it to
 
     def need(self, scene, is_wanted):
-        """Switches it on where it is wanted, and off where only we wanted it."""
+        """Sets it where that is wanted, and gives it back where only we wanted it."""
         record = json.loads(scene.rack_focus.record or "{}")
         if not record:
             return
         before = record.get(self.key, [])
         ours = []
         if is_wanted:
-            missing = [la for la in scene.view_layers if not self._is_on(la)]
-            self._set(missing, True)
+            missing = [la for la in scene.view_layers if not self._is_set(la)]
+            self._write(missing, self.value)
             ours = [*before, *(layer.name for layer in missing)]
         elif before:
             self.drop(scene, record)
@@ -35,13 +36,15 @@ class Switch(NamedTuple):
             scene.rack_focus.record = json.dumps(record)
 
     def drop(self, scene, record):
-        """Switches it off where need() switched it on; record: the scene's."""
+        """Gives it back where need() has set it; record: the scene's."""
         names = record.get(self.key, [])
-        self._set([la for la in scene.view_layers if la.name in names], False)
+        self._write(
+            [la for la in scene.view_layers if la.name in names], not self.value
+        )
 
-    def _is_on(self, layer):
-        return getattr(self.owner_of(layer), self.name)
+    def _is_set(self, layer):
+        return getattr(self.owner_of(layer), self.name) == self.value
 
-    def _set(self, layers, is_on):
+    def _write(self, layers, value):
         for layer in layers:
-            setattr(self.owner_of(layer), self.name, is_on)
+            setattr(self.owner_of(layer), self.name, value)

@@ -35,6 +35,7 @@ from . import (
     sampling,
     setup,
     sharp,
+    strokes,
     supersample,
     taken,
     tap,
@@ -306,12 +307,11 @@ class RackFocusEngine(bpy.types.RenderEngine):
         seconds["passes"] = time.perf_counter() - started
         for frame in frames:
             problem = problem or self._denoise(rendered, frame, source, seconds)
-            found = [
-                (cut_out(layer, source.render), place)
-                for layer, place in rendered.views(
-                    frame.layer, frame.suffix, frame.view
-                )
-            ]
+            found = rendered.views(frame.layer, frame.suffix, frame.view)
+            if not isinstance(rendered, keep.KeptFiles):  # their lines are ours
+                found = freestyle.taken(found, source, frame.layer)
+                found = strokes.added(found, source, frame.layer)
+            found = [(cut_out(one, source.render), place) for one, place in found]
             found = fog.filled(found, source)
             try:
                 self._render_frame(frame, found, depsgraph.scene, seconds)
@@ -366,7 +366,7 @@ class RackFocusEngine(bpy.types.RenderEngine):
                 depth = depth if depth is None else supersample.middle(depth, scale)
                 limit_px = limit_px and limit_px / scale
             problem = self._finish(frame, source, picture, limit_px, seconds)
-            freestyle.draw(source, frame.layer, first.lines, picture[::-1])
+            freestyle.draw(first.lines, picture[::-1])
             self._write(frame, scene, self._passes(picture, coc, depth, limit_px))
             seconds["write"] = time.perf_counter() - started
         if problem:

@@ -21,7 +21,6 @@ from . import (
     sharp,
 )
 from .library import rackfocus
-from .writing import set_if_other
 
 OTHER_SEED = 7919  # its noise is not that of the pinhole's samples
 
@@ -111,14 +110,6 @@ def make_copy(scene, new_copy, samples):
         if hasattr(layer, "cycles"):
             layer.cycles.denoising_store_passes = True
     return copy
-
-
-def prepare_copy(scene, copy, camera):
-    """For a frame: its camera, the layers that are in use."""
-    set_if_other(copy, "camera", camera)
-    set_if_other(copy.render, "use_multiview", False)
-    for layer, own in zip(copy.view_layers, scene.view_layers, strict=True):
-        layer.use = own.use
 
 
 # ---- what was rendered ------------------------------------------------------------

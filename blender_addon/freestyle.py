@@ -45,14 +45,26 @@ def lines_of(channels, stem=NAME):
     return np.stack([channels[name] for name in names], -1)
 
 
-def draw(scene, layer, lines, picture):
-    """Lays lines over a picture, in place, where we took them out of it.
+def taken(found, scene, layer):
+    """The views of a view layer, [(passes.Layer, passes.Place)], with our lines alone.
 
-    layer: name of the view layer; lines, picture: (height, width, 4), premultiplied, rows
-    in the same order; lines may be None.
+    Where the pass is the artist's own, the lines stay in it.
     """
     record = json.loads(scene.rack_focus.record or "{}")
-    if lines is None or layer not in record.get(SWITCH.key, []):
+    if layer in record.get(SWITCH.key, []):
+        return found
+    return [(one._replace(lines=None), place) for one, place in found]
+
+
+def draw(lines, picture):
+    """Lays lines over a picture, in place, from which they were taken.
+
+    (height, width, 4), premultiplied, rows in the same order; lines may be None, or have
+    each pixel several times, as those of a supersampled frame.
+    """
+    if lines is None:
         return
+    scale = len(lines) // len(picture)
+    lines = lines[::scale, ::scale]
     picture *= 1 - lines[..., 3:]
     picture += lines

@@ -33,6 +33,7 @@ from . import (
     sharp,
     shining,
     strips,
+    strokes,
     switched,
     taken,
     tap,
@@ -102,6 +103,7 @@ def _prepare(scene):
             lines = holdouts.describe(
                 scene, camera_objects.camera_at(scene, scene.frame_current)
             )
+            lines = lines + strokes.describe(scene)
             if lines:
                 failures.say(scene, " ".join(lines), is_failure=False)
             views.begin(scene, finishing.samples_of(scene))
@@ -117,6 +119,7 @@ def _start(scene):
         passes.forget(scene)
         taken.forget(scene)
         finishing.forget(scene)
+        strokes.forget(scene)
         setup.sync(scene)
 
 
@@ -239,6 +242,7 @@ def on_load(*_):
     taken.forget()
     passes.forget()
     finishing.forget()
+    strokes.forget()
     write(_mend)
 
 

@@ -25,11 +25,11 @@ def _set_layer(node, layer):
             setattr(node, _layer_field(node), layer)
 
 
-def begin(scene, copies, own=None):
+def begin(scene, copies, more=()):
     """Lets nodes look at the copies, those of the filter scene after all of them.
 
     Blender renders the scenes of the nodes in the order of the tree's list, to which
-    nodes can only be appended. own: the copy that renders its own lens, or None.
+    nodes can only be appended. more: copies that are rendered beside the picture.
     """
     tree, ours = compat.compositor_tree(scene), setup.filter_scene_of(scene)
     order = list(tree.nodes)
@@ -38,10 +38,10 @@ def begin(scene, copies, own=None):
     layers = [node for node in sources if node.type == "R_LAYERS"]
     first = min(order.index(node) for node in filters) if filters else len(order)
     is_in_order = any(order.index(node) < first for node in layers)
-    rendered = [*copies, own] if own is not None else copies
-    more = rendered[1:] if copies else rendered
-    if more or not is_in_order:
-        for copy in more:
+    rendered = [*copies, *more]
+    added = rendered[1:] if copies else rendered
+    if added or not is_in_order:
+        for copy in added:
             node = compat.new_layer_node(tree, copy)
             node[HOST] = ""
         for node in filters:

@@ -19,6 +19,7 @@ from . import (
     setup,
     shining,
     strips,
+    strokes,
     supersample,
     unblurred,
     views,
@@ -112,6 +113,7 @@ class CameraPanel(InCamera):
             for text in (
                 *shining.describe(scene, settings),
                 *holdouts.describe(scene, scene.camera),
+                *strokes.describe(scene),
                 *unblurred.describe(scene),
             ):
                 column.label(text=text, icon="INFO")

@@ -38,6 +38,7 @@ from . import (
     sampling,
     setup,
     sharp,
+    strokes,
     supersample,
     switched,
     view_passes,
@@ -64,10 +65,11 @@ multiview_works = True  # until a render shows that it does not
 class Session:
     """A render of a scene in several views, from its start to its end."""
 
-    def __init__(self, scene, copies, own):
+    def __init__(self, scene, copies, own, drawn):
         self.scene_name = scene.name
         self.copy_names = [copy.name for copy in copies]
         self.own_name = own.name if own is not None else ""
+        self.drawn_name = drawn.name if drawn is not None else ""
         self.scale = supersample.factor(scene) if copies else 1
         self.is_noisy = False  # are the views rendered with their grain?
         self.is_sequence = len(copies) > 1
@@ -94,6 +96,10 @@ class Session:
     def own(self):
         """The scene that renders with the camera's own lens, or None."""
         return bpy.data.scenes[self.own_name] if self.own_name else None
+
+    def drawn(self):
+        """The scene that renders the strokes of Grease Pencil, or None."""
+        return bpy.data.scenes[self.drawn_name] if self.drawn_name else None
 
 
 _sessions = {}  # name of the user's scene: Session
@@ -200,7 +206,9 @@ def begin(scene, own_samples=0, is_refocus=False):
     is_shared = most > 1 or scale > 1
     has_copies = is_shared or sampling.has_offset(scene)
     has_copies = has_copies and not is_refocus and not has_lines
-    if not has_copies and not own_samples:
+    has_strokes = strokes.are_taken(scene)
+    is_drawn = has_strokes and not is_refocus
+    if not has_copies and not own_samples and not is_drawn:
         return
     reason = bodies.why_one_view(scene)
     if reason:
@@ -212,13 +220,18 @@ def begin(scene, own_samples=0, is_refocus=False):
         _make_copy(scene, not is_shared) for _ in range(n_copies if has_copies else 0)
     ]
     own = finishing.make_copy(scene, _make_copy, own_samples) if own_samples else None
-    session = Session(scene, copies, own)
+    drawn = strokes.make_copy(scene, _make_copy) if is_drawn else None
+    if has_strokes:
+        strokes.take_out([*copies, *([own] if own else [])])
+    if is_drawn:
+        strokes.SWITCH.need(scene, True)
+    session = Session(scene, copies, own, drawn)
     session.is_noisy = bool(copies) and most > 1 and denoising.is_possible(scene)
     try:
         for index, copy in enumerate(copies):
             indices = [index] if is_sequence else range(most * scale**2)
             session.camera_names += _add_cameras(scene, copy, indices)
-        handover.begin(scene, copies, own)
+        handover.begin(scene, copies, [one for one in (own, drawn) if one])
     except Exception:
         clean_up()
         raise
@@ -254,9 +267,11 @@ def clean_up():
         return
     used = {name for one in _sessions.values() for name in one.copy_names}
     used |= {one.own_name for one in _sessions.values()}
+    used |= {one.drawn_name for one in _sessions.values()}
     copies = [copy for copy in copies if copy.name not in used]
     for scene in {copy.rack_focus.viewed for copy in copies} - {None}:
         handover.end(scene)
+        strokes.SWITCH.need(scene, False)
     for copy in copies:
         _remove_copy(copy)
 
@@ -350,8 +365,8 @@ def prepare_frame(scene):
 def _look_through(scene, session, camera):
     """The rest, for a camera object."""
     session.camera, session.noted = camera, scene.camera
-    if session.own_name:
-        finishing.prepare_copy(scene, session.own(), session.camera)
+    for beside in filter(None, (session.own(), session.drawn())):
+        _prepare_beside(scene, beside, session.camera)
     session.places, session.placed = [], set()
     session.n_views = min(
         view_count(camera_objects.settings_of(session.camera)),
@@ -373,6 +388,14 @@ def _look_through(scene, session, camera):
         _prepare_copy(session, copy, index)
         if session.is_noisy:
             denoising.prepare(copy, is_noisy)
+
+
+def _prepare_beside(scene, copy, camera):
+    """A copy that is rendered beside the picture, for a frame: camera, layers in use."""
+    set_if_other(copy, "camera", camera)
+    set_if_other(copy.render, "use_multiview", False)
+    for layer, own in zip(copy.view_layers, scene.view_layers, strict=True):
+        layer.use = own.use
 
 
 def chosen_camera(copy):
@@ -618,6 +641,8 @@ def collect(scene):
     session.is_collected = True
     if session.own_name:
         finishing.take(scene, session.own())
+    if session.drawn_name:
+        strokes.take(scene, session.drawn())
     if not session.copy_names:
         return
     try:

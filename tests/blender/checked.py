@@ -16,11 +16,12 @@ def names_of(script):
 class Checked:
     """A script of checks, run once in each Blender.
 
-    script: in inside/; results: the file of the output folder that it writes.
+    script: in inside/; results: the file of the output folder that it writes;
+    has_display: does it need one?
     """
 
-    def __init__(self, script, results):
-        self.script, self.results = script, results
+    def __init__(self, script, results, has_display=False):
+        self.script, self.results, self.has_display = script, results, has_display
         self.runs = {}  # version: ({check: "" or problem}, what was printed)
 
     def run(self, blender, dist, **more):
@@ -31,7 +32,8 @@ class Checked:
         if blender.version not in self.runs:
             log = ""
             try:
-                log = blender.run(self.script, dist, blender.out, **more)
+                about = self.script, dist, blender.out
+                log = blender.run(*about, has_display=self.has_display, **more)
             except Exception as error:  # what was done before the end still counts
                 log = str(error)
             path = blender.out / self.results

@@ -191,10 +191,10 @@ class Blender:
         paths = (str(ROOT), str(BUILD), "/tmp")
         return sid_command(self.sid, command, dict.fromkeys(paths))
 
-    def run(self, script, *args, **more):
+    def run(self, script, *args, has_display=False, **more):
         """Runs a script of inside/ in the background; returns what it printed.
 
-        more: variables of its environment.
+        has_display: under Xvfb; more: variables of its environment.
         """
         if self.is_module:
             command = [self.python, INSIDE / script, "--", *args]
@@ -202,6 +202,9 @@ class Blender:
             command = self.command(
                 "-b", "--factory-startup", "-P", str(INSIDE / script), "--", *args
             )
+        if has_display:
+            command = ["xvfb-run", "-a", "-s", "-screen 0 640x480x24", *command]
+            more["LIBGL_ALWAYS_SOFTWARE"] = "1"
         log = call(*command, env={**self.environment(), **more}, cwd=self.out)
         (self.out / f"{script}.log").write_text(log)
         return log
