@@ -21,6 +21,8 @@ from . import (
     freestyle,
     group,
     holdouts,
+    lamps,
+    lamps,
     lens,
     main_thread,
     mirrors,
@@ -100,12 +102,14 @@ def _prepare(scene):
             lines = unblurred.describe(scene)
             if lines:
                 failures.say(scene, ". ".join(lines), is_failure=False)
-            lines = holdouts.describe(
-                scene, camera_objects.camera_at(scene, scene.frame_current)
-            )
-            lines = lines + strokes.describe(scene)
-            if lines:
-                failures.say(scene, " ".join(lines), is_failure=False)
+            camera = camera_objects.camera_at(scene, scene.frame_current)
+            for lines in (
+                holdouts.describe(scene, camera),
+                lamps.describe(scene, camera),
+                strokes.describe(scene),
+            ):
+                if lines:
+                    failures.say(scene, " ".join(lines), is_failure=False)
             views.begin(scene, finishing.samples_of(scene))
         setup.settle(scene)
 

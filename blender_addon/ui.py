@@ -12,6 +12,7 @@ from . import (
     finishing,
     group,
     holdouts,
+    lamps,
     lens,
     mirrors,
     refocusing,
@@ -113,6 +114,7 @@ class CameraPanel(InCamera):
             for text in (
                 *shining.describe(scene, settings),
                 *holdouts.describe(scene, scene.camera),
+                *lamps.describe(scene, scene.camera),
                 *strokes.describe(scene),
                 *unblurred.describe(scene),
             ):
