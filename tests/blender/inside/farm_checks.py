@@ -4,8 +4,11 @@
 farm_checks.py DIST OUT [CHECK ...]    writes OUT/farm_results.json
 """
 
+import contextlib
+import csv
 import json
 import os
+import re
 import shutil
 import sys
 import time
@@ -64,6 +67,67 @@ def reopen(name):
 
 
 # ---- never a wrong or a black frame -----------------------------------------------
+
+
+def scripts_of_the_page():
+    """The text of passes.py and of lens.py in docs/blender-farm.md."""
+    page = (Path(__file__).parents[3] / "docs/blender-farm.md").read_text()
+    found = re.findall(r"^   ```python\n(.*?)^   ```", page, re.S | re.M)
+    return [re.sub("^   ", "", text, flags=re.M) for text in found]
+
+
+def filtered_later(scene, folder):
+    """What the jobs of the page make of a frame, by their scripts."""
+    passes, lens = scripts_of_the_page()
+    exec(compile(passes.replace('"ZIP"', '"NONE"'), "passes.py", "exec"), {})
+    scene.render.use_file_extension = True
+    scene.render.filepath = str(folder / "passes.####")
+    bpy.ops.render.render(animation=True, scene=scene.name)
+    channels = common.read(folder / "passes.0001.exr")
+    with contextlib.chdir(folder):
+        exec(compile(lens, "lens.py", "exec"), {})
+    names, values = csv.reader((folder / "lens.csv").read_text().splitlines())
+    row = dict(zip(names, values, strict=True))
+    words = {"sensor-fit", "projection"}
+    params = {
+        name.replace("-", "_"): value if name in words else float(value)
+        for name, value in row.items()
+        if name != "frame"
+    }
+    params["blades"] = int(params["blades"])
+    colour = np.ascontiguousarray(rgba(channels, "ViewLayer"))
+    library = addon("library").rackfocus
+    return library.apply(colour, common.depth_of(channels), **params)
+
+
+@check
+def passes_that_are_filtered_later():
+    """The scripts of the page have the lens of F12: blades, a bone, an orthographic one."""
+    if bpy.app.version < (4, 2, 0):  # whose orthographic lens stands elsewhere
+        return
+    scene, data = start()
+    bones = bpy.data.objects.new("bones", bpy.data.armatures.new("bones"))
+    scene.collection.objects.link(bones)
+    bpy.context.view_layer.objects.active = bones
+    bpy.ops.object.mode_set(mode="EDIT")
+    bone = bones.data.edit_bones.new("eye")
+    bone.head, bone.tail = (0, 2, 0), (0, 3, 0)
+    bpy.ops.object.mode_set(mode="OBJECT")
+    dof = data.dof
+    dof.focus_object, dof.focus_subtarget = bones, "eye"
+    dof.aperture_blades, dof.aperture_rotation, dof.aperture_ratio = 5, 0.4, 1.7
+    scene.render.pixel_aspect_x, scene.frame_start, scene.frame_end = 1.3, 1, 1
+    (OUT / "later").mkdir(exist_ok=True)
+    bpy.ops.wm.save_as_mainfile(filepath=str(OUT / "later.blend"))
+    for kind, f_stop in (("PERSP", 0.2), ("ORTHO", 6)):
+        bpy.ops.wm.open_mainfile(filepath=str(OUT / "later.blend"))
+        scene = bpy.context.scene
+        data = scene.camera.data
+        data.type, data.ortho_scale, data.dof.aperture_fstop = kind, 3, f_stop
+        made = rgba(render(scene, OUT / "later.exr"))
+        data.rack_focus.enabled = False
+        later = filtered_later(scene, OUT / "later")
+        assert np.abs(later - made).max() < 1e-3, (kind, np.abs(later - made).max())
 
 
 @check
