@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What a user is told of depth that can hardly be what it is taken for. */
+/* What a user is told of depth and alpha that can hardly be what they are taken for. */
 #include "filter/filter_private.h"
 
 #include <math.h>
+#include <stdio.h>
 
 #include "common/report.h"
 
@@ -26,13 +27,23 @@ void filter_begin_doubts(struct run *run)
                                     run->source.width, run->source.height);
 }
 
+void filter_count_doubts(struct run *run, const struct doubts_rows *rows,
+                         const float *colour)
+{
+    const size_t width = (size_t)run->source.width;
+    if (!run->doubts)
+        return;
+    doubts_add(run->doubts, rows);
+    for (int32_t y = 0; run->source.n_channels == 4 && y < rows->n; y++)
+        alpha_tally_add(&run->alpha, colour + 4 * width * (size_t)y, width);
+}
+
 /* Of a picture in memory. */
 static void count(struct run *run)
 {
     filter_begin_doubts(run);
-    if (run->doubts)
-        doubts_add(run->doubts,
-                   &(struct doubts_rows){run->depth, 0, run->source.height});
+    filter_count_doubts(run, &(struct doubts_rows){run->depth, 0, run->source.height},
+                        run->colour);
 }
 
 /* ---- unit ------------------------------------------------------------------------- */
@@ -196,6 +207,40 @@ static int warn_veils(const struct run *run)
                     100 * share);
 }
 
+/* ---- alpha ------------------------------------------------------------------------ */
+
+/* The command that multiplies the colour; "" where others would not find its channels. */
+static void explain_straight(const struct run *run, char *text, size_t n_bytes)
+{
+    const struct source *source = &run->source;
+    const char *path = image_path(source->colour);
+    char names[4][80];
+    int n_parts;
+    *text = 0;
+    image_parts(source->colour, &n_parts);
+    if (n_parts != 1 || source->is_grey || source->layer.is_chroma)
+        return;
+    for (int i = 0; i < 4; i++)
+        source_channel_name(source, i, names[i], sizeof(names[i]));
+    snprintf(text, n_bytes,
+             ": oiiotool %.150s --ch %s,%s,%s,%s --premult -o colour.exr, and filter "
+             "colour.exr --depth-file %.150s",
+             path, names[0], names[1], names[2], names[3], image_path(source->depth));
+}
+
+static int warn_straight(const struct run *run)
+{
+    char way_out[700];
+    if (run->tool->scene || run->is_deep || !alpha_is_straight(&run->alpha))
+        return APP_DONE;
+    explain_straight(run, way_out, sizeof(way_out));
+    return app_warn(run->tool->host, run->error,
+                    "%s: rims of things are as bright as what is within, whatever "
+                    "their alpha: the colour is not multiplied by alpha (straight, "
+                    "unassociated), and rims come out too bright; multiply it first%s",
+                    image_path(run->source.colour), way_out);
+}
+
 int filter_warn_doubts(struct run *run)
 {
     int code = APP_DONE;
@@ -203,6 +248,8 @@ int filter_warn_doubts(struct run *run)
         count(run);
         code = run->doubts ? warn_veils(run) : APP_DONE;
     }
+    if (code == APP_DONE && run->doubts)
+        code = warn_straight(run);
     if (code == APP_DONE && run->doubts)
         code = warn_unit(run);
     if (code == APP_DONE && run->doubts)

@@ -9,6 +9,7 @@
 #include "filter/temporal_border.h"
 #include "sources/aov.h"
 #include "sources/deep.h"
+#include "sources/alpha.h"
 #include "sources/depth_doubts.h"
 #include "sources/depth_repair.h"
 #include "sources/settings.h"
@@ -47,6 +48,7 @@ struct run {
     bool has_radii;
     struct depth_numbers numbers; /* of the first view */
     struct doubts_tally *doubts;  /* NULL: nobody hears of them, or they were told */
+    struct alpha_tally alpha;     /* of the first view, where there are doubts */
     double shared_views; /* that show a pixel the same, on average; 0: nobody asked */
 };
 
@@ -131,10 +133,14 @@ int filter_warn_cut(const struct run *run);
 /* One line: focus, aperture, radii, method. */
 void filter_say_done(const struct run *run);
 
-/* ---- filter_doubts.c: depth that can hardly be what it is taken for ---------------- */
+/* ---- filter_doubts.c: depth and alpha that can hardly be what they are taken for --- */
 
 /* Makes run->doubts, where there is somebody to hear of them. */
 void filter_begin_doubts(struct run *run);
+
+/* Counts rows of the first view, if there are doubts. */
+void filter_count_doubts(struct run *run, const struct doubts_rows *rows,
+                         const float *colour);
 
 /* Warns of them; of pictures in windows, whose rows were counted by then. */
 int filter_warn_doubts(struct run *run);

@@ -294,8 +294,8 @@ static int tally_rows(struct windows *w, struct rf_depth_tally *tally,
                            w->width, n, w->run->params.depth_infinity});
             depth_numbers_add(&w->run->numbers, &w->run->settings->params, w->depth[0],
                               (size_t)w->width * (size_t)n);
-            if (w->run->doubts)
-                doubts_add(w->run->doubts, &(struct doubts_rows){w->depth[0], y, n});
+            filter_count_doubts(w->run, &(struct doubts_rows){w->depth[0], y, n},
+                                w->colour[0]);
             white_tally_add(light, w->colour[0], (size_t)w->width * (size_t)n,
                             w->n_channels);
         }

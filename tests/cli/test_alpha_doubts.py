@@ -1,0 +1,95 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Colour that is not multiplied by alpha: warned of with what to type, and never where
+it is, nor before a sky that is seen where alpha is 0."""
+
+import numpy
+import OpenImageIO
+import plainexr
+import pytest
+
+SIZE = (240, 160)
+LENS = ["--focus-distance", "4", "--lens-radius", "0.1", "--focal-length-px", "200"]
+
+
+def discs(soft):
+    """Alpha, unmultiplied colours and depth of discs, rims of `soft` px."""
+    width, height = SIZE
+    y, x = numpy.mgrid[0:height, 0:width] + 0.5
+    alpha, z = numpy.zeros((height, width)), numpy.zeros((height, width))
+    light = 0.4 + 0.2 * numpy.sin(x / 5) * numpy.cos(y / 7)
+    for at, radius, distance in (((60, 60), 40, 3), ((150, 90), 50, 6)):
+        r = numpy.hypot(x - at[0], y - at[1])
+        own = numpy.clip((radius - r) / soft + 0.5, 0, 1)
+        alpha = own + alpha * (1 - own)
+        z[own > 0.5] = distance
+    colours = {"R": light, "G": 0.8 * light, "B": 0.3 + 0 * light}
+    return alpha, colours, z
+
+
+@pytest.fixture
+def said(rackfocus, tmp_path):
+    """What filter says of discs with these colours, made large with `times`."""
+
+    def run(colours, alpha, z, *options, code=0, times=1):
+        channels = colours | {"A": alpha, "Z": z}
+        larger = numpy.ones((times, times))
+        path = plainexr.write(
+            tmp_path / "in.exr",
+            {n: numpy.kron(v, larger).astype("f4") for n, v in channels.items()},
+        )
+        arguments = ["-o", tmp_path / "o.exr", *LENS, *options]
+        return rackfocus("filter", path, *arguments, code=code).stderr
+
+    return run
+
+
+def multiplied(colours, alpha):
+    return {n: v * alpha for n, v in colours.items()}
+
+
+@pytest.mark.parametrize("soft", [2, 4, 15])
+def test_straight_colour(said, soft):
+    alpha, colours, z = discs(soft)
+    black = {n: numpy.where(alpha > 0, v, 0) for n, v in colours.items()}
+    told = said(black, alpha, z)
+    assert "in.exr: rims of things are as bright as what is within" in told
+    assert "--ch R,G,B,A --premult -o colour.exr, and filter colour.exr" in told
+    assert "unassociated" in said(black, alpha, z, "--strict", code=1)
+    assert said(black, alpha, z, "-q") == ""
+    assert "unassociated" not in said(multiplied(colours, alpha), alpha, z)
+
+
+@pytest.mark.parametrize("sky", [0.1, 0.45, 2])
+def test_a_sky_without_alpha_is_none(said, sky):
+    alpha, colours, z = discs(3)
+    seen = {n: v * alpha + sky * (1 - alpha) for n, v in colours.items()}
+    assert "unassociated" not in said(seen, alpha, z)
+
+
+def test_straight_colour_in_windows(said):
+    alpha, colours, z = discs(3)
+    black = {n: numpy.where(alpha > 0, v, 0) for n, v in colours.items()}
+    options = ("--max-memory", "200")
+    assert "unassociated" in said(black, alpha, z, *options, times=8)
+    assert "unassociated" not in said(
+        multiplied(colours, alpha), alpha, z, *options, times=8
+    )
+
+
+def test_the_command_that_is_named_mends_it(rackfocus, said, tmp_path):
+    alpha, colours, z = discs(3)
+    black = {n: numpy.where(alpha > 0, v, 0) for n, v in colours.items()}
+    said(multiplied(colours, alpha), alpha, z)
+    wanted = plainexr.read(tmp_path / "o.exr")[0]
+    said(black, alpha, z)
+    path = tmp_path / "in.exr"
+    picture = OpenImageIO.ImageBufAlgo.channels(
+        OpenImageIO.ImageBuf(str(path)), ("R", "G", "B", "A")
+    )
+    mended = OpenImageIO.ImageBufAlgo.premult(picture)
+    mended.write(str(tmp_path / "colour.exr"))
+    arguments = ["--depth-file", path, "-o", tmp_path / "o.exr", "--compression"]
+    done = rackfocus("filter", tmp_path / "colour.exr", *arguments, "none", *LENS)
+    assert "unassociated" not in done.stderr
+    found = plainexr.read(tmp_path / "o.exr")[0]
+    assert max(abs(found[n] - wanted[n]).max() for n in "RGBA") < 1e-3
