@@ -16,6 +16,9 @@ enum { FEWEST_SLANTED = 300 };
  * of right depth mirrors has 19 %, but as many against. */
 static const double KIND_SHARE = 0.3, KIND_TIMES = 10;
 
+/* From that share of the far end on nothing was hit, rounding left aside. */
+static const double NEARLY_FAR = 0.9999;
+
 /* Of the hits; the rest may be specks. */
 static const double NEARLY_ALL = 0.99;
 
@@ -106,38 +109,98 @@ static int warn_unit(const struct run *run)
 
 /* ---- kind ------------------------------------------------------------------------- */
 
-static bool speaks_for(const struct doubts_kinds *kinds, size_t n, size_t n_against)
+/* The kind that flat things speak for; `taken` where they do not speak for another. */
+static enum doubts_kind spoken_for(const struct doubts_kinds *kinds,
+                                   enum doubts_kind taken)
 {
-    return kinds->n >= FEWEST_SLANTED && (double)n >= KIND_SHARE * (double)kinds->n &&
-           (double)n >= KIND_TIMES * (double)n_against;
+    size_t n_all = 0;
+    enum doubts_kind most = taken;
+    for (int k = 0; k < DOUBTS_N_KINDS; k++) {
+        n_all += kinds->n_alone[k];
+        most = kinds->n_alone[k] > kinds->n_alone[most] ? (enum doubts_kind)k : most;
+    }
+    const double n = (double)kinds->n_alone[most];
+    return kinds->n >= FEWEST_SLANTED && n >= KIND_SHARE * (double)kinds->n &&
+                   n >= KIND_TIMES * (double)(n_all - kinds->n_alone[most])
+               ? most
+               : taken;
 }
 
-/* Distances along the axis that make flat things bent, and other kinds that do not. */
-static int warn_kind(const struct run *run)
+/* Of depth that nobody named a kind of. */
+static int warn_distances(const struct run *run, enum doubts_kind kind)
 {
     const char *path = image_path(run->source.depth);
-    struct doubts_kinds kinds;
-    doubts_find_kinds(run->doubts, &kinds);
-    if (run->tool->scene || settings_origin(run->settings, "depth") != ORIGIN_DEFAULT ||
-        !filter_needs_depth(run))
-        return APP_DONE;
-    if (speaks_for(&kinds, kinds.n_radial, kinds.n_planar + kinds.n_inverse))
+    if (kind == DOUBTS_RADIAL)
         return app_warn(
             run->tool->host, run->error,
             "%s: the depth is taken for distances along the axis, but flat "
             "things are flat only if it is those along the ray; say --depth "
             "radial, or --depth planar if they are along the axis",
             path);
-    if (speaks_for(&kinds, kinds.n_inverse, kinds.n_planar + kinds.n_radial))
-        return app_warn(
-            run->tool->host, run->error,
-            "%s: the depth is taken for distances of a perspective, but "
-            "flat things are flat only if it is 1 / distance; say --depth "
-            "inverse, --depth buffer-reversed-infinite with --depth-near if "
-            "it is a z-buffer of a game, --projection orthographic if the "
-            "camera is, or --depth planar if all is right",
-            path);
-    return APP_DONE;
+    return app_warn(
+        run->tool->host, run->error,
+        "%s: the depth is taken for distances of a perspective, but "
+        "flat things are flat only if it is 1 / distance or a z-buffer; say --depth "
+        "inverse, --depth buffer with --depth-near and --depth-far (0 is near, 1 is "
+        "far), --depth buffer-reversed-infinite with --depth-near if "
+        "it is a z-buffer of a game, --projection orthographic if the "
+        "camera is, or --depth planar if all is right",
+        path);
+}
+
+/* Of depth between a near and a far end. */
+static int warn_ends(const struct run *run, enum doubts_kind kind)
+{
+    const struct rf_params *p = &run->params;
+    const char *path = image_path(run->source.depth);
+    const bool is_swapped = kind == DOUBTS_SWAPPED || kind == DOUBTS_SWAPPED_RADIAL;
+    const double deep = p->depth_far - p->depth_near;
+    const double scale = is_swapped ? -p->depth_scale : p->depth_scale;
+    const double offset = is_swapped ? 1 - p->depth_offset : p->depth_offset;
+    const char *what = is_swapped ? " and near is at 1, far at 0" : "";
+    if (kind == DOUBTS_INVERSE)
+        return app_warn(run->tool->host, run->error,
+                        "%s: flat things are flat only if the depth is a z-buffer or 1 "
+                        "/ distance; say --depth buffer or --depth inverse in place of "
+                        "normalised, or --projection orthographic if the camera is",
+                        path);
+    if (kind == DOUBTS_PLANAR || kind == DOUBTS_SWAPPED)
+        return app_warn(run->tool->host, run->error,
+                        "%s: flat things are flat only if the depth grows evenly along "
+                        "the axis%s; say --depth normalised --depth-scale %.9g "
+                        "--depth-offset %.9g",
+                        path, what, scale, offset);
+    return app_warn(run->tool->host, run->error,
+                    "%s: flat things are flat only if the depth grows evenly along the "
+                    "ray%s; say --depth radial --depth-scale %.9g --depth-offset %.9g "
+                    "--depth-infinity %.6g",
+                    path, what, deep * scale, p->depth_near + deep * offset,
+                    NEARLY_FAR * p->depth_far);
+}
+
+/* The kind that flat things should be flat with, as depth is taken. */
+static enum doubts_kind taken_kind(const struct rf_params *params)
+{
+    return params->depth == RF_DEPTH_BUFFER || params->depth == RF_DEPTH_BUFFER_REVERSED
+               ? DOUBTS_INVERSE
+               : DOUBTS_PLANAR;
+}
+
+/* Distances along the axis that make flat things bent, and other kinds that do not. */
+static int warn_kind(const struct run *run)
+{
+    const int32_t depth = run->params.depth;
+    const bool is_open = settings_origin(run->settings, "depth") == ORIGIN_DEFAULT;
+    const bool has_ends = depth == RF_DEPTH_NORMALISED || depth == RF_DEPTH_BUFFER ||
+                          depth == RF_DEPTH_BUFFER_REVERSED;
+    const enum doubts_kind taken = taken_kind(&run->params);
+    struct doubts_kinds kinds;
+    doubts_find_kinds(run->doubts, &kinds);
+    const enum doubts_kind kind = spoken_for(&kinds, taken);
+    if (run->tool->scene || kind == taken || !filter_needs_depth(run) ||
+        !(is_open || has_ends))
+        return APP_DONE;
+    return has_ends ? warn_ends(run, kind) : warn_distances(run, kind);
 }
 
 /* ---- veils ------------------------------------------------------------------------ */

@@ -127,6 +127,9 @@ void filter_measure_radii(struct run *run);
 /* A focus or an aperture that nobody gave: says what was taken and what it does. */
 int filter_warn_defaults(const struct run *run);
 
+/* Depth between ends whose distances nobody gave. */
+int filter_warn_ends(const struct run *run);
+
 /* Radii that the largest one cuts, which nobody gave. */
 int filter_warn_cut(const struct run *run);
 

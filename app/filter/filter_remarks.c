@@ -381,6 +381,31 @@ int filter_warn_defaults(const struct run *run)
                     image_path(run->source.colour), taken, run->largest_radius, give);
 }
 
+int filter_warn_ends(const struct run *run)
+{
+    static const char *const ends[] = {"depth-near", "depth-far"};
+    char taken[200] = "", give[200] = "", kind[40];
+    if (!rf_method_find(run->params.method)->needs_depth)
+        return APP_DONE;
+    for (size_t i = 0; i < sizeof(ends) / sizeof(ends[0]); i++) {
+        char value[64], word[80];
+        if (!is_missing(run, ends[i]))
+            continue;
+        rf_params_get(&run->settings->params, ends[i], value, sizeof(value));
+        snprintf(word, sizeof(word), "%s %s", ends[i], value);
+        append(taken, sizeof(taken), word);
+        snprintf(word, sizeof(word), "--%s", ends[i]);
+        append(give, sizeof(give), word);
+    }
+    if (!*give)
+        return APP_DONE;
+    rf_params_get(&run->settings->params, "depth", kind, sizeof(kind));
+    return app_warn(run->tool->host, run->error,
+                    "%s: nobody said which distances the ends of the %s depth stand "
+                    "for; taken are %s; give %s",
+                    image_path(run->source.depth), kind, taken, give);
+}
+
 int filter_warn_cut(const struct run *run)
 {
     const double most = rf_filter_lens(run->filter)->max_radius_px;

@@ -3,7 +3,9 @@
  * Of a flat surface 1 / z is a straight line across the picture, where z is planar
  * distance in a perspective: 1 / z = a + b x + c y. So is the number itself where it is
  * 1 / z already, and m / v where it is a distance v = m z along the ray of length
- * m = sqrt(1 + x^2 + y^2). How bent a line is between three places, PLACE_PX apart:
+ * m = sqrt(1 + x^2 + y^2). Of a normalised number v the distance is
+ * near + v (far - near), or, where near is white, that of 1 - v. How bent a line is
+ * between three places, PLACE_PX apart:
  *
  *   bend = abs(u1 - 2 u2 + u3) / max(abs(u2 - u1), abs(u3 - u2))
  */
@@ -106,38 +108,90 @@ static double ray_length(const struct doubts_tally *tally, int32_t x, int32_t y)
     return sqrt(1 + dx * dx + dy * dy);
 }
 
-static double bend(double a, double b, double c)
+static double bend(const double u[3])
 {
-    return fabs(a - 2 * b + c) / fmax(fabs(b - a), fabs(c - b));
+    return fabs(u[0] - 2 * u[1] + u[2]) / fmax(fabs(u[1] - u[0]), fabs(u[2] - u[1]));
 }
 
-/* A line that is straight to the last bit is so by chance, of numbers that were rounded. */
-static bool is_alone(double bent, double other, double another)
+/* Are the numbers between a near and a far end? */
+static bool has_ends(const struct doubts_tally *tally)
 {
-    return bent > 0 && bent < CLEARLY * fmin(other, another);
+    const int32_t kind = tally->params->depth;
+    return kind == RF_DEPTH_NORMALISED || kind == RF_DEPTH_BUFFER ||
+           kind == RF_DEPTH_BUFFER_REVERSED;
+}
+
+/* Distance, and the one where near and far are swapped. */
+static void find_distances(const struct doubts_tally *tally, double number,
+                           double distance[2])
+{
+    const struct rf_params *p = tally->params;
+    const double v = number * p->depth_scale + p->depth_offset;
+    const double deep = p->depth_far - p->depth_near;
+    distance[0] = has_ends(tally) ? p->depth_near + v * deep : number;
+    distance[1] = p->depth_near + (1 - v) * deep;
+}
+
+/* What a flat surface makes a straight line of, of each kind. */
+static void straighten(const struct doubts_tally *tally, double number, int32_t x,
+                       int32_t y, double u[DOUBTS_N_KINDS])
+{
+    double distance[2];
+    find_distances(tally, number, distance);
+    const double m = ray_length(tally, x, y);
+    u[DOUBTS_PLANAR] = 1 / distance[0];
+    u[DOUBTS_INVERSE] = number;
+    u[DOUBTS_RADIAL] = m / distance[0];
+    u[DOUBTS_SWAPPED] = 1 / distance[1];
+    u[DOUBTS_SWAPPED_RADIAL] = m / distance[1];
+}
+
+/* The kind that is straight alone; -1: none is. A line that is straight to the last bit is
+ * so by chance, of numbers that were rounded. */
+static int alone_of(const double bends[], int n)
+{
+    int best = 0;
+    double next = INFINITY;
+    for (int k = 1; k < n; k++)
+        best = bends[k] < bends[best] ? k : best;
+    for (int k = 0; k < n; k++)
+        next = k == best ? next : fmin(next, bends[k]);
+    return bends[best] > 0 && bends[best] < CLEARLY * next ? best : -1;
+}
+
+/* Is something seen there that is neither at the near nor at the far end? */
+static bool is_seen(const struct doubts_tally *tally, float z)
+{
+    const struct rf_params *p = tally->params;
+    const double v = (double)z * p->depth_scale + p->depth_offset;
+    return is_hit(tally, z) && (!has_ends(tally) || (v > 0 && v < 1));
 }
 
 /* Looks at a place and its neighbours at -(dx, dy) and (dx, dy). */
 static void add_triple(struct doubts_tally *tally, const struct place *place,
                        int32_t dx, int32_t dy)
 {
-    const ptrdiff_t to = dx + (ptrdiff_t)dy * tally->width;
-    const float a = place->depth[-to], b = place->depth[0], c = place->depth[to];
-    const int32_t x = place->x, y = place->y;
-    if (!is_hit(tally, a) || !is_hit(tally, c))
-        return;
-    const double slope = fmax(fabs((double)b - a), fabs((double)c - b)) / b;
+    const int n_kinds = has_ends(tally) ? DOUBTS_N_KINDS : DOUBTS_SWAPPED;
+    double u[3][DOUBTS_N_KINDS], lines[DOUBTS_N_KINDS][3], bends[DOUBTS_N_KINDS];
+    for (int32_t i = -1; i <= 1; i++) {
+        const float z = place->depth[i * (dx + (ptrdiff_t)dy * tally->width)];
+        if (!is_seen(tally, z))
+            return;
+        straighten(tally, (double)z, place->x + i * dx, place->y + i * dy, u[i + 1]);
+    }
+    for (int k = 0; k < n_kinds; k++) {
+        for (int i = 0; i < 3; i++)
+            lines[k][i] = u[i][k];
+        bends[k] = bend(lines[k]);
+    }
+    const double *line = lines[DOUBTS_PLANAR];
+    const double slope = fmax(fabs(line[1] / line[0] - 1), fabs(line[1] / line[2] - 1));
     if (!(slope > LEAST_SLOPE && slope < MOST_SLOPE))
         return;
-    struct doubts_kinds *kinds = &tally->kinds;
-    const double inverse = bend(a, b, c), planar = bend(1.0 / a, 1.0 / b, 1.0 / c);
-    const double radial =
-        bend(ray_length(tally, x - dx, y - dy) / a, ray_length(tally, x, y) / b,
-             ray_length(tally, x + dx, y + dy) / c);
-    kinds->n++;
-    kinds->n_planar += is_alone(planar, inverse, radial);
-    kinds->n_inverse += is_alone(inverse, planar, radial);
-    kinds->n_radial += is_alone(radial, planar, inverse);
+    const int alone = alone_of(bends, n_kinds);
+    tally->kinds.n++;
+    if (alone >= 0)
+        tally->kinds.n_alone[alone]++;
 }
 
 static void add_triples(struct doubts_tally *tally, const struct place *place)

@@ -37,10 +37,22 @@ struct doubts_range {
 };
 void doubts_find_range(const struct doubts_tally *tally, struct doubts_range *range);
 
+/* What makes flat things flat: the number as a distance along the axis, as 1 / distance
+ * or a z-buffer, as a distance along the ray; of numbers between a near and a far end
+ * also from the far to the near one, along either. */
+enum doubts_kind {
+    DOUBTS_PLANAR,
+    DOUBTS_INVERSE,
+    DOUBTS_RADIAL,
+    DOUBTS_SWAPPED,
+    DOUBTS_SWAPPED_RADIAL,
+    DOUBTS_N_KINDS
+};
+
 /* Places on slanted surfaces, and those of them where one kind of depth alone would be
  * that of a flat surface. */
 struct doubts_kinds {
-    size_t n, n_planar, n_inverse, n_radial;
+    size_t n, n_alone[DOUBTS_N_KINDS];
 };
 void doubts_find_kinds(const struct doubts_tally *tally, struct doubts_kinds *kinds);
 

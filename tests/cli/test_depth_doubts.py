@@ -150,6 +150,51 @@ def test_radial_depth_taken_for_planar(said):
     assert said(colour, z * ray_length(), "--depth", "radial") == ""
 
 
+NEAR, FAR = 1, 20
+ENDS = ["--depth-near", str(NEAR), "--depth-far", str(FAR)]
+
+
+@pytest.mark.parametrize("is_radial", [False, True])
+@pytest.mark.parametrize("is_swapped", [False, True])
+def test_which_end_is_near_and_along_what(said, is_swapped, is_radial):
+    """Normalised depth of all four ways, taken for the first; what it names mends it."""
+    colour, z = room()
+    v = ((z * ray_length() if is_radial else z) - NEAR) / (FAR - NEAR)
+    v = 1 - v if is_swapped else v
+    told = said(colour, v, "--depth", "normalised", *ENDS)
+    if not is_swapped and not is_radial:
+        assert told == ""
+        return
+    assert ("and near is at 1, far at 0; say" in told) == is_swapped
+    assert ("evenly along the ray" in told) == is_radial
+    named = told.partition("; say ")[2].split()
+    assert "flat" not in said(colour, v, *named, *([] if is_radial else ENDS))
+
+
+@pytest.mark.parametrize("kind", ["buffer", "buffer-reversed"])
+def test_normalised_depth_taken_for_a_buffer_and_the_other_way(said, kind):
+    colour, z = room()
+    v = (z - NEAR) / (FAR - NEAR)
+    assert "--depth normalised --depth-scale 1" in said(
+        colour, v, "--depth", kind, *ENDS
+    )
+    buffer = FAR * (z - NEAR) / z / (FAR - NEAR)
+    told = said(colour, buffer, "--depth", "normalised", *ENDS)
+    assert "only if the depth is a z-buffer" in told
+    assert said(colour, buffer, "--depth", kind, *ENDS) == ""
+
+
+def test_ends_that_nobody_gave(said):
+    colour, z = room()
+    v = (z - NEAR) / (FAR - NEAR)
+    told = said(colour, v, "--depth", "normalised")
+    assert "taken are depth-near 0.1, depth-far 100; give --depth-near, --dep" in told
+    told = said(colour, v, "--depth", "normalised", *ENDS[:2])
+    assert "taken are depth-far 100; give --depth-far" in told
+    told = said(colour, NEAR / z, "--depth", "buffer-reversed-infinite")
+    assert "taken are depth-near 0.1; give --depth-near" in told
+
+
 @pytest.mark.parametrize("n_levels", [0, 60, 255, 4095])
 @pytest.mark.parametrize("grain", [0, 0.001, 0.01])
 def test_the_kind_of_right_depth_is_not_doubted(said, n_levels, grain):
