@@ -13,7 +13,7 @@ int filter_judge_depth(const struct run *run, const struct rf_depth_stats *stats
                        struct depth_findings *found)
 {
     const char *path = image_path(run->source.depth);
-    char text[500];
+    char text[700];
     depth_judge(found, &run->source, run->settings, rf_filter_lens(run->filter), stats,
                 &run->numbers);
     if (depth_is_refused(found, text, sizeof(text)))

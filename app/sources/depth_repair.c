@@ -162,6 +162,9 @@ const char *depth_fault(const struct depth_findings *found)
     return found->is_speckled ? "missing in pixels scattered as fog has them" : NULL;
 }
 
+/* 3ds Max, Corona, Maxwell. */
+#define WHITE_NEAR "where near is white, also --depth-scale -1 --depth-offset 1"
+
 /* From this share on of normalised depth above 1 it is no overshoot of a pixel filter. */
 static const double MOST_BEYOND = 0.01;
 
@@ -214,9 +217,11 @@ bool depth_is_refused(const struct depth_findings *found, char *text, size_t n_b
     const bool is_buffer = strncmp(guess, "buffer", 6) == 0;
     snprintf(text, n_bytes,
              "does not look like distances but %s (%s); say --depth %s with "
-             "--depth-near and --depth-far, %sor --depth planar if they are",
+             "--depth-near and --depth-far, --depth %s with both if it %s (" WHITE_NEAR
+             "), %sor --depth planar if they are",
              is_buffer ? "like a depth buffer" : "like normalised depth",
-             found->stats.kind_reason, guess,
+             found->stats.kind_reason, guess, is_buffer ? "normalised" : "buffer",
+             is_buffer ? "grows evenly with distance" : "is a z-buffer",
              found->stats.n_zero > 0
                  ? "--depth inverse if it is 1 / distance (Nuke), --depth "
                    "buffer-reversed-infinite with --depth-near if it is a reversed "
@@ -278,7 +283,7 @@ bool depth_is_doubtful(const struct depth_findings *found, char *text, size_t n_
         snprintf(text, n_bytes,
                  "is %g to %g, taken for distances; normalised and inverse depth may "
                  "look so, too: say --depth planar, normalised (with --depth-near and "
-                 "--depth-far) or inverse",
+                 "--depth-far; " WHITE_NEAR ") or inverse",
                  stats->min, stats->max);
     else
         return false;
@@ -333,7 +338,7 @@ bool depth_mend(const struct depth_picture *picture, char *remark, size_t n_byte
     struct depth_repaired repaired = {0};
     struct rf_lens lens;
     struct rf_error core_error;
-    char text[500];
+    char text[700];
     remark[0] = 0;
     if (!rf_method_find(picture->params->method)->needs_depth)
         return true;

@@ -65,7 +65,7 @@ static bool judge(const struct source *source, const struct settings *settings,
                                                  settings->params.depth_infinity};
     const char *path = image_path(source->depth);
     struct depth_findings found;
-    char text[500];
+    char text[700];
     if (!depth_find(&found, source, settings, NULL, &channel))
         return set_error(error, "%s: out of memory", path);
     *numbers = found.numbers;

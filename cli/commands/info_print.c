@@ -316,7 +316,7 @@ static void print_depth(const struct info *info)
     if (info->depth.is_half)
         printf("  %-20s 16 bit: radii come in steps of up to %.2g px\n", "precision",
                info->depth.half_step_px);
-    char text[500];
+    char text[700];
     if (depth_is_refused(&info->depth, text, sizeof(text)))
         printf("  %-20s the depth %s\n", "filter refuses", text);
     else if (depth_is_doubtful(&info->depth, text, sizeof(text)))
@@ -460,7 +460,7 @@ static void json_depth(struct json *json, const struct info *info)
     json_bool(json, "half", info->depth.is_half);
     json_number(json, "half_step_px", info->depth.half_step_px);
     json_bool(json, "mist", info->depth.is_mist);
-    char text[500];
+    char text[700];
     if (depth_is_refused(&info->depth, text, sizeof(text)))
         json_text(json, "refused", text);
     json_close(json, '}');

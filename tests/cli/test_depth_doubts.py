@@ -184,6 +184,19 @@ def test_normalised_depth_taken_for_a_buffer_and_the_other_way(said, kind):
     assert said(colour, buffer, "--depth", kind, *ENDS) == ""
 
 
+def test_numbers_within_0_to_1_name_both_ways(said):
+    """What 3ds Max and Corona write, before the kind is said: refused, or warned of."""
+    colour, z = room()
+    swapped = "where near is white, also --depth-scale -1 --depth-offset 1"
+    v = 1 - (z - NEAR) / (FAR - NEAR)
+    assert swapped in said(colour, v)
+    for number in (v, 0.5 * v):  # crowded near 1, or not
+        number[:9] = 0
+        told = said(colour, number, code=1)
+        assert swapped in told and "--depth buffer with" in told
+        assert "--depth normalised with" in told and told.endswith("if they are\n")
+
+
 def test_ends_that_nobody_gave(said):
     colour, z = room()
     v = (z - NEAR) / (FAR - NEAR)
