@@ -127,6 +127,9 @@ void filter_measure_radii(struct run *run);
 /* A focus or an aperture that nobody gave: says what was taken and what it does. */
 int filter_warn_defaults(const struct run *run);
 
+/* A unit that nobody gave, with which nothing is blurred. */
+int filter_warn_unit_scale(const struct run *run);
+
 /* Depth between ends whose distances nobody gave. */
 int filter_warn_ends(const struct run *run);
 

@@ -381,6 +381,24 @@ int filter_warn_defaults(const struct run *run)
                     image_path(run->source.colour), taken, run->largest_radius, give);
 }
 
+/* Radii below it are those of a picture that is sharp all over; they grow with the unit
+ * scale, up to a thousand units of a metre. */
+static const double LEAST_SEEN_PX = 0.5, MOST_UNITS = 1000;
+
+int filter_warn_unit_scale(const struct run *run)
+{
+    if (is_lens_missing(run) || !is_missing(run, "unit-scale") || run->tool->scene ||
+        !(run->has_radii || run->windows) || run->largest_radius >= LEAST_SEEN_PX ||
+        MOST_UNITS * run->largest_radius < LEAST_SEEN_PX)
+        return APP_DONE;
+    return app_warn(run->tool->host, run->error,
+                    "%s: next to nothing is blurred, by %.2g px at most, with scene "
+                    "units of a metre; say --unit-scale 100 where they are "
+                    "centimetres, 1000 where millimetres, 39.37 where inches, or "
+                    "--unit-scale 1 if it is meant so",
+                    image_path(run->source.colour), run->largest_radius);
+}
+
 int filter_warn_ends(const struct run *run)
 {
     static const char *const ends[] = {"depth-near", "depth-far"};

@@ -7,6 +7,7 @@
 #include "commands/info_print.h"
 #include "console/cli.h"
 #include "console/pipes.h"
+#include "sources/alpha.h"
 #include "sources/deep.h"
 #include "sources/settings.h"
 #include "sources/source.h"
@@ -92,6 +93,15 @@ static bool read_deep(struct info *info, const struct rf_params *params, int n_t
     return is_flat;
 }
 
+static bool has_straight_alpha(const struct source *source, const float *colour)
+{
+    struct alpha_tally tally = {0};
+    const size_t width = (size_t)source->width, height = (size_t)source->height;
+    for (size_t y = 0; source->n_channels == 4 && y < height; y++)
+        alpha_tally_add(&tally, colour + 4 * width * y, width);
+    return alpha_is_straight(&tally);
+}
+
 static bool measure_depth(struct info *info, const struct rf_params *params,
                           int n_threads, struct image_error *error)
 {
@@ -116,6 +126,8 @@ static bool measure_depth(struct info *info, const struct rf_params *params,
         is_read = set_error(error, "%s: out of memory", image_path(source->depth));
     if (is_read) {
         info->has_stats = true;
+        info->is_straight =
+            colour && !source->info.is_deep && has_straight_alpha(source, colour);
         if (info->has_lens)
             measure_radii(info, params, depth);
     }

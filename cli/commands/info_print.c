@@ -160,6 +160,9 @@ static void print_choice_of_channels(const struct info *info)
         printf("  %-16s %s\n", "filter refuses", doubt);
     else if (source_is_doubtful(source, doubt, sizeof(doubt)))
         printf("  %-16s the picture %s\n", "filter warns", doubt);
+    if (info->is_straight)
+        printf("  %-16s colour is not multiplied by alpha (straight, unassociated)\n",
+               "filter warns");
     if (source->z >= 0)
         printf("  %-16s %s of %s\n", "depth",
                image_channels(source->depth, &n)[source->z].name,

@@ -15,6 +15,7 @@ struct info {
     struct settings settings;
     struct rf_lens lens;
     bool has_lens, has_stats, has_radii;
+    bool is_straight;       /* colour is not multiplied by alpha */
     char lens_problem[256]; /* why there is no lens */
     char radius_problem[1024];
     struct depth_findings depth;

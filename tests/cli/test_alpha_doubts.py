@@ -59,6 +59,14 @@ def test_straight_colour(said, soft):
     assert "unassociated" not in said(multiplied(colours, alpha), alpha, z)
 
 
+def test_info_says_it_too(rackfocus, said, tmp_path):
+    alpha, colours, z = discs(3)
+    for colour, is_straight in ((multiplied(colours, alpha), False), (colours, True)):
+        said({n: numpy.where(alpha > 0, v, 0) for n, v in colour.items()}, alpha, z)
+        told = rackfocus("info", tmp_path / "in.exr").stdout
+        assert ("colour is not multiplied by alpha" in told) == is_straight
+
+
 @pytest.mark.parametrize("sky", [0.1, 0.45, 2])
 def test_a_sky_without_alpha_is_none(said, sky):
     alpha, colours, z = discs(3)

@@ -65,6 +65,26 @@ def test_a_depth_in_another_unit_than_the_focus(said, unit, scale):
     assert "nothing is in focus" in said(colour, z * unit, "--strict", code=1)
 
 
+def test_a_unit_that_nobody_gave(rackfocus, tmp_path):
+    """Depth and focus in centimetres: the lens is a hundredth of what is meant."""
+    colour, z = room()
+    channels = {c: colour for c in "RGB"} | {"Z": (100 * z).astype("f4")}
+    path = plainexr.write(tmp_path / "in.exr", channels)
+    lens = ["--focal-length", 35, "--sensor-width", 36, "--f-stop", 1]
+
+    def run(*options):
+        return rackfocus(
+            "filter", path, "-o", tmp_path / "o.exr", *lens, *options
+        ).stderr
+
+    told = run("--focus-distance", 300)
+    assert "in.exr: next to nothing is blurred, by 0.0" in told
+    assert "say --unit-scale 100 where they are centimetres" in told
+    for options in (["--unit-scale", 100], ["--unit-scale", 1], ["-q"]):
+        assert run("--focus-distance", 300, *options) == ""
+    assert "next to nothing" not in run("--focus-distance", 300, "--lens-radius", 0.01)
+
+
 def test_a_focus_in_another_unit_than_the_depth(said):
     colour, z = room()
     told = said(colour, z, focus=100 * FOCUS)

@@ -149,7 +149,7 @@ def test_values_that_nobody_gave_are_named(run, scene):
     assert "largest radius is 0.1 px; give --focus-distance, --f-stop" in done.stderr
     some = run(path, lens=["--focus-distance", "5", "--unit-scale", "0.01"]).stderr
     assert "f/2.8" in some and "focus distance" not in some and "units" not in some
-    assert run(path, lens=["--focus-distance", "5", "--f-stop", "2"]).stderr == ""
+    assert run(path, lens=["--focus-distance", "5", "--f-stop", "0.2"]).stderr == ""
     assert run(path, lens=[], code=1, *["--strict"]).returncode == 1
 
 
