@@ -109,7 +109,13 @@ int filter_repair_depth(struct run *run)
     depth_numbers_add(&run->numbers, &run->settings->params, run->depth, n);
     if (!filter_needs_depth(run))
         return APP_DONE;
-    if (rf_depth_measure(NULL, &channel, &stats, NULL) != RF_OK)
+    const bool is_turned = depth_is_turned(&run->settings->params);
+    if (is_turned)
+        depth_turn(run->depth, n, channel.infinity);
+    const bool is_measured = rf_depth_measure(NULL, &channel, &stats, NULL) == RF_OK;
+    if (is_turned)
+        depth_turn(run->depth, n, channel.infinity);
+    if (!is_measured)
         return app_fail(run->error, APP_NO_MEMORY, "%s: out of memory",
                         image_path(source->depth));
     const int code = filter_judge_depth(run, &stats, &found);

@@ -218,7 +218,9 @@ static bool has_depth(const struct run *run, int32_t x, int32_t y)
     x = x < 0 ? 0 : x < width ? x : width - 1;
     y = y < 0 ? 0 : y < height ? y : height - 1;
     const float z = run->depth[(size_t)y * (size_t)width + (size_t)x];
-    return z > 0 && (double)z < run->params.depth_infinity && isfinite(z);
+    const struct rf_params *p = &run->params;
+    const double v = (double)z * p->depth_scale + p->depth_offset;
+    return v > 0 && v < p->depth_infinity && (double)z < p->depth_infinity;
 }
 
 /* Further from a surface than --film-depth edges looks for one (core/input/film.c). */

@@ -238,9 +238,15 @@ static bool repaired_depth(struct windows *w, int j, const struct rf_window *box
                         whole.height, w->n_channels),
         whole.width, whole.height, w->run->params.depth_infinity};
     channel.colour.width = whole.width;
+    const bool is_turned = repaired && w->found.is_turned;
+    if (is_turned)
+        depth_turn(repaired, n, channel.infinity);
     if (repaired && w->found.is_premultiplied)
         rf_depth_divide_by_alpha(&channel);
-    if (!repaired || !depth_move_edges(&w->found, &channel, &done)) {
+    const bool is_done = repaired && depth_move_edges(&w->found, &channel, &done);
+    if (is_turned)
+        depth_turn(repaired, n, channel.infinity);
+    if (!is_done) {
         app_fail(w->run->error, APP_NO_MEMORY, "out of memory for a window");
         return false;
     }
@@ -287,15 +293,18 @@ static int tally_rows(struct windows *w, struct rf_depth_tally *tally,
         else if (!need_rows(w, y, y + n, w->run->error))
             code = fail_image(w);
         else {
+            const size_t n_pixels = (size_t)w->width * (size_t)n;
+            depth_numbers_add(&w->run->numbers, &w->run->settings->params, w->depth[0],
+                              n_pixels);
+            filter_count_doubts(w->run, &(struct doubts_rows){w->depth[0], y, n},
+                                w->colour[0]);
+            if (depth_is_turned(&w->run->params))
+                depth_turn(w->depth[0], n_pixels, w->run->params.depth_infinity);
             rf_depth_tally_add(
                 tally, &(struct rf_depth_channel){
                            w->depth[0],
                            rf_image_packed(w->colour[0], w->width, n, w->n_channels),
                            w->width, n, w->run->params.depth_infinity});
-            depth_numbers_add(&w->run->numbers, &w->run->settings->params, w->depth[0],
-                              (size_t)w->width * (size_t)n);
-            filter_count_doubts(w->run, &(struct doubts_rows){w->depth[0], y, n},
-                                w->colour[0]);
             white_tally_add(light, w->colour[0], (size_t)w->width * (size_t)n,
                             w->n_channels);
         }

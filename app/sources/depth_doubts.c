@@ -72,7 +72,9 @@ void doubts_free(struct doubts_tally *tally)
 
 static bool is_hit(const struct doubts_tally *tally, float z)
 {
-    return z > 0 && isfinite(z) && z < tally->params->depth_infinity;
+    const struct rf_params *p = tally->params;
+    const double v = (double)z * p->depth_scale + p->depth_offset;
+    return v > 0 && v < p->depth_infinity && (double)z < p->depth_infinity;
 }
 
 /* ---- range ----------------------------------------------------------------------- */
@@ -128,7 +130,7 @@ static void find_distances(const struct doubts_tally *tally, double number,
     const struct rf_params *p = tally->params;
     const double v = number * p->depth_scale + p->depth_offset;
     const double deep = p->depth_far - p->depth_near;
-    distance[0] = has_ends(tally) ? p->depth_near + v * deep : number;
+    distance[0] = has_ends(tally) ? p->depth_near + v * deep : v;
     distance[1] = p->depth_near + (1 - v) * deep;
 }
 
@@ -159,12 +161,12 @@ static int alone_of(const double bends[], int n)
     return bends[best] > 0 && bends[best] < CLEARLY * next ? best : -1;
 }
 
-/* Is something seen there that is neither at the near nor at the far end? */
+/* Is something seen there that is not at the far end? */
 static bool is_seen(const struct doubts_tally *tally, float z)
 {
     const struct rf_params *p = tally->params;
-    const double v = (double)z * p->depth_scale + p->depth_offset;
-    return is_hit(tally, z) && (!has_ends(tally) || (v > 0 && v < 1));
+    return is_hit(tally, z) &&
+           (!has_ends(tally) || (double)z * p->depth_scale + p->depth_offset < 1);
 }
 
 /* Looks at a place and its neighbours at -(dx, dy) and (dx, dy). */

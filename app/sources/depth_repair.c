@@ -110,6 +110,18 @@ static void rescale(struct depth_findings *found, const struct rf_params *params
                  " --depth-offset %.9g", params->depth_offset / times);
 }
 
+bool depth_is_turned(const struct rf_params *params)
+{
+    return params->depth_scale < 0 &&
+           (params->depth == RF_DEPTH_PLANAR || params->depth == RF_DEPTH_RADIAL);
+}
+
+void depth_turn(float *depth, size_t n, double infinity)
+{
+    for (size_t i = 0; i < n; i++)
+        depth[i] = (double)depth[i] < infinity ? -depth[i] : depth[i];
+}
+
 void depth_judge(struct depth_findings *found, const struct source *source,
                  const struct settings *settings, const struct rf_lens *lens,
                  const struct rf_depth_stats *stats,
@@ -123,12 +135,14 @@ void depth_judge(struct depth_findings *found, const struct source *source,
         .numbers = *numbers,
         .is_mixed = stats->is_mixed,
         .is_premultiplied = stats->is_premultiplied,
-        .is_speckled = is_distance && params->depth_scale > 0 && stats->is_speckled,
-        .is_widened = is_distance && params->depth_scale > 0 && stats->is_widened &&
-                      !stats->is_mixed,
+        .is_speckled = is_distance && stats->is_speckled,
+        .is_widened = is_distance && stats->is_widened && !stats->is_mixed,
         .is_negative = is_distance && params->depth_scale > 0 &&
                        stats->n_negative > 0 && !(stats->max > 0),
+        .is_turned = depth_is_turned(params),
     };
+    if (found->is_turned) /* who says so knows it */
+        found->stats.kind = RF_DEPTH_PLANAR;
     judge_names(found, source, settings);
     found->is_whole = is_whole(found, settings);
     if (numbers->n_beyond > 0)
@@ -143,10 +157,16 @@ bool depth_find(struct depth_findings *found, const struct source *source,
 {
     struct rf_depth_stats stats = {.size = sizeof(stats)};
     struct depth_numbers numbers = {0};
-    if (rf_depth_measure(NULL, channel, &stats, NULL) != RF_OK)
+    const size_t n = (size_t)channel->width * (size_t)channel->height;
+    const bool is_turned = depth_is_turned(&settings->params);
+    depth_numbers_add(&numbers, &settings->params, channel->depth, n);
+    if (is_turned)
+        depth_turn(channel->depth, n, channel->infinity);
+    const bool is_measured = rf_depth_measure(NULL, channel, &stats, NULL) == RF_OK;
+    if (is_turned)
+        depth_turn(channel->depth, n, channel->infinity);
+    if (!is_measured)
         return false;
-    depth_numbers_add(&numbers, &settings->params, channel->depth,
-                      (size_t)channel->width * (size_t)channel->height);
     depth_judge(found, source, settings, lens, &stats, &numbers);
     return true;
 }
@@ -278,8 +298,9 @@ bool depth_is_doubtful(const struct depth_findings *found, char *text, size_t n_
                  "is above 1 in %zu pixels, up to %.4g, and normalised: they are taken "
                  "for nothing hit; say %s if they are farther than --depth-far",
                  found->numbers.n_beyond, found->numbers.beyond, found->rescaled);
-    else if (found->is_kind_open && stats->kind == RF_DEPTH_PLANAR && stats->max > 0 &&
-             stats->max <= 1 && stats->n_no_hit == 0)
+    else if (found->is_kind_open && !found->is_turned &&
+             stats->kind == RF_DEPTH_PLANAR && stats->max > 0 && stats->max <= 1 &&
+             stats->n_no_hit == 0)
         snprintf(text, n_bytes,
                  "is %g to %g, taken for distances; normalised and inverse depth may "
                  "look so, too: say --depth planar, normalised (with --depth-near and "
@@ -319,9 +340,16 @@ bool depth_undo(const struct depth_findings *found, double infinity,
         const struct rf_image *depth = &views[i].depth;
         struct rf_depth_channel channel = {depth->data, views[i].colour, depth->width,
                                            depth->height, infinity};
+        const size_t n_pixels = (size_t)depth->width * (size_t)depth->height;
+        const bool is_turned = found->is_turned && depth_fault(found);
+        if (is_turned)
+            depth_turn(channel.depth, n_pixels, infinity);
         if (found->is_premultiplied)
             repaired->n_divided += rf_depth_divide_by_alpha(&channel);
-        if (!depth_move_edges(found, &channel, repaired))
+        const bool is_done = depth_move_edges(found, &channel, repaired);
+        if (is_turned)
+            depth_turn(channel.depth, n_pixels, infinity);
+        if (!is_done)
             return false;
     }
     return true;

@@ -28,6 +28,7 @@ struct depth_findings {
     bool is_mist;        /* the channel's name says so */
     bool is_kind_open;   /* nobody said which kind of depth it is */
     bool is_negative;    /* all of it, and no --depth-scale that makes it positive */
+    bool is_turned;      /* measured and mended with the other sign, by depth_turn() */
     bool is_named_other; /* the channel's name says that it holds no distances */
     bool is_position;    /* the third of Px, Py, Pz */
     bool is_of_ray;      /* NAME.T or hitdist, distances along the ray */
@@ -38,13 +39,20 @@ struct depth_findings {
     char channel[256], rival[256]; /* names; "": no other may be meant as well */
 };
 
+/* Are distances below 0, with a scale that makes them positive? */
+bool depth_is_turned(const struct rf_params *params);
+
+/* Numbers before `infinity` with the other sign, so that near is less than far; twice is
+ * the same again, but that no hit of -1e10 becomes one of 1e10. */
+void depth_turn(float *depth, size_t n, double infinity);
+
 /* `channel` has the depth, and the colours where they are known. False without memory.
  */
 bool depth_find(struct depth_findings *found, const struct source *source,
                 const struct settings *settings, const struct rf_lens *lens,
                 const struct rf_depth_channel *channel);
 
-/* The same from what was measured. */
+/* The same from what was measured, of depth that was turned where it is to be. */
 void depth_judge(struct depth_findings *found, const struct source *source,
                  const struct settings *settings, const struct rf_lens *lens,
                  const struct rf_depth_stats *stats,

@@ -65,6 +65,13 @@ def test_a_depth_in_another_unit_than_the_focus(said, unit, scale):
     assert "nothing is in focus" in said(colour, z * unit, "--strict", code=1)
 
 
+def test_a_depth_below_0_is_doubted_as_one_above(said):
+    colour, z = room()
+    turned = ["--depth-scale", "-1"]
+    assert said(colour, -z, *turned) == ""
+    assert "along the ray" in said(colour, -z * ray_length(), *turned)
+
+
 def test_a_unit_that_nobody_gave(rackfocus, tmp_path):
     """Depth and focus in centimetres: the lens is a hundredth of what is meant."""
     colour, z = room()

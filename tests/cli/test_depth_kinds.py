@@ -108,6 +108,28 @@ def test_anti_aliased(filtered, seen, filter_px, far):
     assert seen(averaged)["anti_aliased"]
 
 
+@pytest.mark.parametrize("sky", [None, 1e10, -1e10, 0])
+@pytest.mark.parametrize("fault", ["was anti-aliased", "was multiplied by alpha"])
+def test_what_is_below_0_is_mended_as_what_is_above(filtered, fault, sky):
+    """Positions in a camera's space that looks along -z are as often filtered."""
+
+    def change(channels, sign):
+        mix(smooth_disc(channels, 18, 3), 100, channels)
+        if "alpha" in fault:
+            add_alpha(channels)
+            channels["Z"] = 3 * channels["A"]
+        z = channels["Z"]
+        z *= sign
+        if sky is not None:
+            z[:8] = sky if sign < 0 or sky >= 0 else -sky
+
+    want, said = filtered(lambda c: change(c, 1))
+    assert fault in said
+    got, same = filtered(lambda c: change(c, -1), "--depth-scale", "-1")
+    assert same == said
+    assert all((got[name] == want[name]).all() for name in got)
+
+
 @pytest.mark.parametrize("radius", [0.6, 1.2, 2])
 def test_anti_aliased_thin_things_before_nothing(rackfocus, scene, tmp_path, radius):
     """Averages of what is thin and 0, where nothing was hit, are no distances: lamps at

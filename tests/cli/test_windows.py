@@ -146,20 +146,34 @@ def widen(channels):
         channels[name] = (0.1 + 0.3 * i * (1 - share) + 0.5 * share).astype("f4")
 
 
+def turned(change):
+    """The same, of numbers below 0."""
+
+    def change_and_turn(channels):
+        change(channels)
+        channels["Z"] = -channels["Z"]
+
+    return change_and_turn
+
+
 @pytest.mark.parametrize(
     "change, remark",
     [
         (spoil, "multiplied by alpha"),
         (mix, "anti-aliased"),
         (widen, "wider than what is seen"),
+        (turned(mix), "anti-aliased"),
+        (turned(widen), "wider than what is seen"),
     ],
 )
 def test_depth_is_repaired_in_windows(rackfocus, scene, tmp_path, change, remark):
     path = scene(size=(300, 1501), attributes=LENS, change=change)
     whole, windows = tmp_path / "whole.exr", tmp_path / "windows.exr"
-    done = rackfocus("filter", path, "-o", whole, *FAST)
+    is_turned = plainexr.read(path)[0]["Z"].max() < 0
+    options = [*FAST, "--depth-scale", -1 if is_turned else 1]
+    done = rackfocus("filter", path, "-o", whole, *options)
     assert remark in done.stderr
-    done = rackfocus("filter", path, "-o", windows, *FAST, "--max-memory", 150)
+    done = rackfocus("filter", path, "-o", windows, *options, "--max-memory", 150)
     assert remark in done.stderr
     (a, _), (b, _) = plainexr.read(windows), plainexr.read(whole)
     assert a.keys() == b.keys()
