@@ -25,9 +25,15 @@ static const double NEARLY_ALL = 0.99;
 void filter_begin_doubts(struct run *run)
 {
     const struct app_host *host = run->tool->host;
-    if (host && host->warn && rf_method_find(run->params.method)->needs_depth)
-        run->doubts = doubts_create(&run->params, rf_filter_lens(run->filter),
-                                    run->source.width, run->source.height);
+    const struct source *source = &run->source;
+    int n;
+    if (!host || !host->warn || !rf_method_find(run->params.method)->needs_depth)
+        return;
+    const bool is_half =
+        source->z >= 0 &&
+        image_channels(source->depth, &n)[source->z].type == IMAGE_SAMPLE_HALF;
+    run->doubts = doubts_create(&run->params, rf_filter_lens(run->filter),
+                                source->width, source->height, is_half);
 }
 
 void filter_count_doubts(struct run *run, const struct doubts_rows *rows,
@@ -194,9 +200,11 @@ static int warn_kind(const struct run *run)
     const bool has_ends = depth == RF_DEPTH_NORMALISED || depth == RF_DEPTH_BUFFER ||
                           depth == RF_DEPTH_BUFFER_REVERSED;
     const enum doubts_kind taken = taken_kind(&run->params);
-    struct doubts_kinds kinds;
-    doubts_find_kinds(run->doubts, &kinds);
-    const enum doubts_kind kind = spoken_for(&kinds, taken);
+    struct doubts_kinds kinds[DOUBTS_N_STEPS];
+    doubts_find_kinds(run->doubts, kinds);
+    enum doubts_kind kind = taken;
+    for (int i = 0; i < DOUBTS_N_STEPS && kind == taken; i++)
+        kind = spoken_for(&kinds[i], taken);
     if (run->tool->scene || kind == taken || !filter_needs_depth(run) ||
         !(is_open || has_ends))
         return APP_DONE;

@@ -5,7 +5,7 @@
  * 1 / z already, and m / v where it is a distance v = m z along the ray of length
  * m = sqrt(1 + x^2 + y^2). Of a normalised number v the distance is
  * near + v (far - near), or, where near is white, that of 1 - v. How bent a line is
- * between three places, PLACE_PX apart:
+ * between three places, PLACE_PX apart or farther:
  *
  *   bend = abs(u1 - 2 u2 + u3) / max(abs(u2 - u1), abs(u3 - u2))
  */
@@ -14,19 +14,31 @@
 #include <math.h>
 #include <stdbool.h>
 #include <stdlib.h>
+#include <string.h>
 
 enum {
     MOST_PLACES = 60000, /* 0.1 % of a filter */
-    PLACE_PX = 8         /* apart, so that a slope is well above the noise of floats */
+    PLACE_PX = 8,        /* apart, so that a slope is well above the noise of floats */
+    FEWEST_PX = 4
 };
 
 /* Slopes, of the depth, between two places: below it rounding shows, above it lie other
  * things. On the references 20 to 60 % of the places have them. */
-static const double LEAST_SLOPE = 2e-3, MOST_SLOPE = 0.2;
+struct measure {
+    double least_slope, most_slope;
+    double
+        clearly; /* one kind fits alone if its bend is so much less than the others' */
+    double straight; /* and where the least bend is below it */
+};
 
-/* One kind fits alone if its bend is so much less than the others': of the references
- * 46 to 88 % of the places on flat things are of their kind then, none of another. */
-static const double CLEARLY = 0.1;
+/* Of the references 46 to 88 % of the places on flat things are of their kind then, none of
+ * another. */
+static const struct measure FINE = {2e-3, 0.2, 0.1, INFINITY};
+
+/* Of 16 bit, a 24th and a 12th of the width apart: 50 to 90 % at one of both, and a 34th of
+ * that of another; foliage has none. */
+static const struct measure COARSE = {0.02, 0.3, 0.25, 0.02};
+static const int32_t COARSE_PARTS[DOUBTS_N_STEPS] = {24, 12};
 
 /* Depth is in another unit than the focus, or nothing is in focus, from so many times it:
  * beyond, radii differ by 5 % at most, as bias (1 - focus / z) does. */
@@ -36,8 +48,10 @@ struct doubts_tally {
     const struct rf_params *params;
     struct rf_lens lens; /* the filter that it is from may be made anew */
     int32_t width, height, stride;
+    const struct measure *measure;
+    int32_t step_px[DOUBTS_N_STEPS]; /* 0: no more */
     struct doubts_range range;
-    struct doubts_kinds kinds;
+    struct doubts_kinds kinds[DOUBTS_N_STEPS];
 };
 
 /* A place in the rows at hand. */
@@ -49,7 +63,7 @@ struct place {
 
 struct doubts_tally *doubts_create(const struct rf_params *params,
                                    const struct rf_lens *lens, int32_t width,
-                                   int32_t height)
+                                   int32_t height, bool is_half)
 {
     struct doubts_tally *tally = malloc(sizeof(*tally));
     const double n = (double)width * height;
@@ -61,7 +75,13 @@ struct doubts_tally *doubts_create(const struct rf_params *params,
                                    .width = width,
                                    .height = height,
                                    .stride = stride,
+                                   .measure = is_half ? &COARSE : &FINE,
+                                   .step_px = {PLACE_PX},
                                    .range = {.nearest = INFINITY}};
+    for (int i = 0; is_half && i < DOUBTS_N_STEPS; i++) {
+        const int32_t step = width / COARSE_PARTS[i];
+        tally->step_px[i] = step > FEWEST_PX ? step : FEWEST_PX;
+    }
     return tally;
 }
 
@@ -150,7 +170,7 @@ static void straighten(const struct doubts_tally *tally, double number, int32_t 
 
 /* The kind that is straight alone; -1: none is. A line that is straight to the last bit is
  * so by chance, of numbers that were rounded. */
-static int alone_of(const double bends[], int n)
+static int alone_of(const double bends[], int n, double clearly)
 {
     int best = 0;
     double next = INFINITY;
@@ -158,7 +178,7 @@ static int alone_of(const double bends[], int n)
         best = bends[k] < bends[best] ? k : best;
     for (int k = 0; k < n; k++)
         next = k == best ? next : fmin(next, bends[k]);
-    return bends[best] > 0 && bends[best] < CLEARLY * next ? best : -1;
+    return bends[best] > 0 && bends[best] < clearly * next ? best : -1;
 }
 
 /* Is something seen there that is not at the far end? */
@@ -171,8 +191,9 @@ static bool is_seen(const struct doubts_tally *tally, float z)
 
 /* Looks at a place and its neighbours at -(dx, dy) and (dx, dy). */
 static void add_triple(struct doubts_tally *tally, const struct place *place,
-                       int32_t dx, int32_t dy)
+                       int32_t dx, int32_t dy, struct doubts_kinds *kinds)
 {
+    const struct measure *measure = tally->measure;
     const int n_kinds = has_ends(tally) ? DOUBTS_N_KINDS : DOUBTS_SWAPPED;
     double u[3][DOUBTS_N_KINDS], lines[DOUBTS_N_KINDS][3], bends[DOUBTS_N_KINDS];
     for (int32_t i = -1; i <= 1; i++) {
@@ -188,12 +209,16 @@ static void add_triple(struct doubts_tally *tally, const struct place *place,
     }
     const double *line = lines[DOUBTS_PLANAR];
     const double slope = fmax(fabs(line[1] / line[0] - 1), fabs(line[1] / line[2] - 1));
-    if (!(slope > LEAST_SLOPE && slope < MOST_SLOPE))
+    double least = INFINITY;
+    for (int k = 0; k < n_kinds; k++)
+        least = fmin(least, bends[k]);
+    if (!(slope > measure->least_slope && slope < measure->most_slope &&
+          least < measure->straight))
         return;
-    const int alone = alone_of(bends, n_kinds);
-    tally->kinds.n++;
+    const int alone = alone_of(bends, n_kinds, measure->clearly);
+    kinds->n++;
     if (alone >= 0)
-        tally->kinds.n_alone[alone]++;
+        kinds->n_alone[alone]++;
 }
 
 static void add_triples(struct doubts_tally *tally, const struct place *place)
@@ -201,15 +226,19 @@ static void add_triples(struct doubts_tally *tally, const struct place *place)
     const int32_t row = place->y - place->rows->first;
     if (tally->lens.projection == RF_PROJECTION_ORTHOGRAPHIC)
         return;
-    if (place->x >= PLACE_PX && place->x + PLACE_PX < tally->width)
-        add_triple(tally, place, PLACE_PX, 0);
-    if (row >= PLACE_PX && row + PLACE_PX < place->rows->n)
-        add_triple(tally, place, 0, PLACE_PX);
+    for (int i = 0; i < DOUBTS_N_STEPS && tally->step_px[i] > 0; i++) {
+        const int32_t step = tally->step_px[i];
+        if (place->x >= step && place->x + step < tally->width)
+            add_triple(tally, place, step, 0, &tally->kinds[i]);
+        if (row >= step && row + step < place->rows->n)
+            add_triple(tally, place, 0, step, &tally->kinds[i]);
+    }
 }
 
-void doubts_find_kinds(const struct doubts_tally *tally, struct doubts_kinds *kinds)
+void doubts_find_kinds(const struct doubts_tally *tally,
+                       struct doubts_kinds kinds[DOUBTS_N_STEPS])
 {
-    *kinds = tally->kinds;
+    memcpy(kinds, tally->kinds, sizeof(tally->kinds));
 }
 
 /* ---- all ------------------------------------------------------------------------- */

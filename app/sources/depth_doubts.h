@@ -7,6 +7,7 @@
 #ifndef APP_DEPTH_DOUBTS_H
 #define APP_DEPTH_DOUBTS_H
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -20,11 +21,11 @@ struct doubts_rows {
 
 struct doubts_tally;
 
-/* Of pictures of this size; the parameters are kept by pointer. NULL
- * without memory. */
+/* Of pictures of this size, whose depth is 16 bit or not; the parameters are kept by
+ * pointer. NULL without memory. */
 struct doubts_tally *doubts_create(const struct rf_params *params,
                                    const struct rf_lens *lens, int32_t width,
-                                   int32_t height);
+                                   int32_t height, bool is_half);
 void doubts_free(struct doubts_tally *tally);
 
 /* All of the picture, or strips of it from the top down. */
@@ -54,6 +55,10 @@ enum doubts_kind {
 struct doubts_kinds {
     size_t n, n_alone[DOUBTS_N_KINDS];
 };
-void doubts_find_kinds(const struct doubts_tally *tally, struct doubts_kinds *kinds);
+
+/* Places near each other, and others farther apart; of the latter there may be none. */
+enum { DOUBTS_N_STEPS = 2 };
+void doubts_find_kinds(const struct doubts_tally *tally,
+                       struct doubts_kinds kinds[DOUBTS_N_STEPS]);
 
 #endif

@@ -235,6 +235,25 @@ def test_ends_that_nobody_gave(said):
     assert "taken are depth-near 0.1; give --depth-near" in told
 
 
+def test_the_kind_of_16_bit(rackfocus, tmp_path):
+    """Rounding hides the bends of near places, not of those farther apart."""
+    colour, z = room()
+    v = 1 - (z - NEAR) / (FAR - NEAR)
+    normalised = ["--depth", "normalised", *ENDS]
+    for depth, options, word in (
+        (z, [], ""),
+        (z * ray_length(), [], "--depth radial"),
+        (8 / z, [], "--depth inverse"),
+        (v, normalised, "near is at 1"),
+        (v, [*normalised, "--depth-scale", "-1", "--depth-offset", "1"], ""),
+    ):
+        channels = {c: colour for c in "RGB"} | {"Z": depth.astype("f2")}
+        path = plainexr.write(tmp_path / "in.exr", channels)
+        arguments = ["--focus-distance", FOCUS, *LENS, *options]
+        told = rackfocus("filter", path, "-o", tmp_path / "o.exr", *arguments).stderr
+        assert word in told if word else "flat" not in told, (word, told)
+
+
 @pytest.mark.parametrize("n_levels", [0, 60, 255, 4095])
 @pytest.mark.parametrize("grain", [0, 0.001, 0.01])
 def test_the_kind_of_right_depth_is_not_doubted(said, n_levels, grain):
