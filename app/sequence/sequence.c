@@ -188,8 +188,6 @@ static bool add_beside(const struct sequence *sequence, struct job *job,
     const char *depth_file = sequence->tool->depth_file;
     bool is_there = true;
     *beside = (struct temporal_frame){.offset = offset};
-    if (offset < 0 && frame->number < -offset)
-        return true;
     bool is_good =
         set_beside(sequence, job, frame->number + offset, beside, &frame->error);
     for (int i = 0; i < sequence->n_paths && is_good; i++) {

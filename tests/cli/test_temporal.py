@@ -118,7 +118,7 @@ def with_camera(frame, **axes):
     return {"worldToCamera": matrix(frame, **axes)}
 
 
-def error_of(tmp_path, frame, name="out"):
+def error_of(tmp_path, frame, name="out", of=None):
     """Root mean square, away from the border."""
     import OpenImageIO
 
@@ -126,7 +126,7 @@ def error_of(tmp_path, frame, name="out"):
     got = file.read_image(format="float")[..., 1]
     file.close()
     inner = numpy.s_[8:-8, 16:-16]
-    return numpy.sqrt(((got - truth(frame))[inner] ** 2).mean())
+    return numpy.sqrt(((got - truth(of or frame))[inner] ** 2).mean())
 
 
 @pytest.mark.parametrize(
@@ -335,6 +335,15 @@ def test_ends_have_one_side(run, shot, tmp_path):
     done = run(shot(with_camera), "--temporal", 2, "--frames", "1,7")
     assert done.stderr == ""
     assert error_of(tmp_path, 7) < 0.1
+
+
+def test_numbers_below_zero_are_frames_beside(run, shot, tmp_path):
+    pattern = shot(with_camera)
+    run(pattern, "--temporal", 2, "--frames", "3", name="above")
+    for i in range(1, N_FRAMES + 1):
+        os.rename(tmp_path / f"shot.{i:04d}.exr", tmp_path / f"shot.{i - 3:04d}.exr")
+    run(pattern, "--temporal", 2, "--frames", "0", name="below")
+    assert error_of(tmp_path, 0, "below", of=3) == error_of(tmp_path, 3, "above")
 
 
 def test_a_frame_alone_is_told(run, shot, tmp_path):
