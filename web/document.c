@@ -12,10 +12,20 @@
 #include "sources/depth_repair.h"
 #include "sources/picture.h"
 #include "sources/views.h"
+#include "sources/white.h"
 #include "threads.h"
 #include "filtering/quick.h"
 
 /* ---- opening --------------------------------------------------------------------- */
+
+static void add_remark(void *user, const char *text)
+{
+    struct document *document = user;
+    const size_t n = strlen(document->remark);
+    if (text[0])
+        snprintf(document->remark + n, sizeof document->remark - n, "%s%s",
+                 n > 0 ? "; " : "", text);
+}
 
 bool document_resolve(struct document *document, struct image_error *error)
 {
@@ -27,6 +37,9 @@ bool document_resolve(struct document *document, struct image_error *error)
     if (document->has_views)
         settings_set_header(&document->settings, "method", RF_METHOD_VIEWS,
                             VIEWS_OFFSET, NULL);
+    if (document->white > 0)
+        settings_set_header(&document->settings, "white", document->white,
+                            "the picture", NULL);
     if (settings_fit_window(&document->settings, &document->source.info,
                             &document->params, &core_error) != RF_OK)
         return set_error(error, "%s", core_error.message);
@@ -41,7 +54,18 @@ static bool mend_depth(struct document *document, struct image_error *error)
     const struct depth_picture picture = {&document->source, &document->settings,
                                           &document->params, document->input->views,
                                           document->input->n_views};
-    return depth_mend(&picture, document->remark, sizeof document->remark, error);
+    char mended[200];
+    if (!depth_mend(&picture, mended, sizeof mended, error))
+        return false;
+    add_remark(document, mended);
+    return true;
+}
+
+static void find_white(struct document *document)
+{
+    const struct rf_image *colour = &document->input->views[0].colour;
+    const size_t n = (size_t)colour->width * (size_t)colour->height;
+    document->white = white_of_pixels(colour->data, n, colour->channels);
 }
 
 static bool open_source(struct document *document, const struct source_request *request,
@@ -53,6 +77,7 @@ static bool open_source(struct document *document, const struct source_request *
     document->is_open = source_open(&document->source, &first, error);
     if (!document->is_open || !source_check(&document->source, error))
         return false;
+    source_say_doubts(&document->source, add_remark, document);
     if (!document->source.info.is_deep)
         return true;
     return set_error(error,
@@ -87,6 +112,8 @@ static bool read_files(struct document *document, char *const *paths, int n_path
                 : input_read(&document->source, 1, error);
     is_good = is_good && document->input && mend_depth(document, error);
     views_list_free(&list);
+    if (is_good)
+        find_white(document);
     if (is_good && !input_prepare(document->input, document->context, &document->params,
                                   &core_error))
         return set_error(error, "%s: %s", paths[0], core_error.message);

@@ -21,7 +21,8 @@ struct document {
     struct settings typed;    /* what was set on the page */
     struct settings settings; /* that and the header's */
     struct rf_params params;  /* fitted to the picture */
-    char remark[256];         /* what was done to the depth; "" for nothing */
+    double white;             /* of its light, as rackfocus filter tells it */
+    char remark[1024]; /* doubts of the file, what was done to its depth; or "" */
     /* The last picture made: width x height of it, which is `times` smaller. */
     float *pixels;
     int32_t width, height;

@@ -223,7 +223,7 @@ double EXPORT(rw_farthest)(const struct document *document)
     return document->input->farthest;
 }
 
-/* What was done to the depth when it was read, or "". */
+/* What is doubtful of the file and what was done to its depth, or "". */
 const char *EXPORT(rw_remark)(const struct document *document)
 {
     return document->remark;

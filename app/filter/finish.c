@@ -260,10 +260,8 @@ static int read_half(struct finish *f, const char *path)
 /* The white that was given, else that of the own picture. */
 static void find_white(struct finish *f)
 {
-    struct white_tally tally = {{0}};
-    white_tally_add(&tally, f->rgb, n_pixels(f), 3);
     f->white =
-        (float)(white_is_open(f->settings) ? white_of(&tally)
+        (float)(white_is_open(f->settings) ? white_of_pixels(f->rgb, n_pixels(f), 3)
                                            : white_round(f->settings->params.white));
 }
 

@@ -398,6 +398,20 @@ bool source_is_environment(const struct source *source, char *text, size_t n_byt
     return true;
 }
 
+void source_say_doubts(const struct source *source,
+                       void (*say)(void *user, const char *text), void *user)
+{
+    static bool (*const doubts[])(const struct source *, char *, size_t) = {
+        source_was_filtered, source_is_environment, source_is_doubtful};
+    char why[500], text[600];
+    for (size_t i = 0; i < sizeof(doubts) / sizeof(doubts[0]); i++) {
+        if (!doubts[i](source, why, sizeof(why)))
+            continue;
+        snprintf(text, sizeof(text), "the picture %s", why);
+        say(user, text);
+    }
+}
+
 bool source_explains_depth(const struct source *source, char *text, size_t n_bytes)
 {
     int n;

@@ -67,6 +67,10 @@ bool source_was_filtered(const struct source *source, char *text, size_t n_bytes
 /* Is the colour an environment map, which no lens takes? Says so into `text`. */
 bool source_is_environment(const struct source *source, char *text, size_t n_bytes);
 
+/* Says all of these three that hold, "the picture is ...". */
+void source_say_doubts(const struct source *source,
+                       void (*say)(void *user, const char *text), void *user);
+
 /* How the depth was found where its name does not say so, into `text`; false: it does. */
 bool source_explains_depth(const struct source *source, char *text, size_t n_bytes);
 

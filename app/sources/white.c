@@ -73,6 +73,13 @@ double white_of(const struct white_tally *tally)
     return ldexp(1, (int)fmax(fmin(lrint(stops), 19), -19));
 }
 
+double white_of_pixels(const float *samples, size_t n, int n_channels)
+{
+    struct white_tally tally = {{0}};
+    white_tally_add(&tally, samples, n, n_channels);
+    return white_of(&tally);
+}
+
 bool white_is_open(const struct settings *settings)
 {
     return settings_origin(settings, "white") == ORIGIN_DEFAULT;

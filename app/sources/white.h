@@ -24,6 +24,9 @@ void white_tally_add(struct white_tally *tally, const float *samples, size_t n,
 /* A power of two: 1 for pictures that can be meant for a white of 1. */
 double white_of(const struct white_tally *tally);
 
+/* The same of n packed pixels. */
+double white_of_pixels(const float *samples, size_t n, int n_channels);
+
 /* To the nearest power of two, as the core takes it. */
 static inline double white_round(double white)
 {

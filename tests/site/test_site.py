@@ -419,6 +419,50 @@ def test_every_method_has_the_same_bits(site, binary, tmp_path):
         assert numpy.array_equal(made.reshape(native.shape), native), method
 
 
+def test_lamps_are_told_by_the_white_of_the_picture(site, binary, tmp_path):
+    file = oiio.ImageInput.open(str(REFERENCES / "posts_pinhole.exr"))
+    values, spec = file.read_image(oiio.FLOAT), file.spec()
+    file.close()
+    values[..., :3] /= 256
+    spec.channelformats, spec.format = (), oiio.TypeFloat
+    written = oiio.ImageOutput.create("passes.exr")
+    written.open(str(tmp_path / "passes.exr"), spec)
+    written.write_image(values)
+    written.close()
+    run_node(
+        f"""import {{ Document }} from "{site}/core/document.js";
+        import {{ readFileSync, writeFileSync }} from "node:fs";
+        const bytes = new Uint8Array(readFileSync("passes.exr"));
+        const picture = await Document.open([{{ name: "passes.exr", bytes }}]);
+        writeFileSync("made.exr", picture.exr());""",
+        tmp_path,
+    )
+    made = pixels(tmp_path / "made.exr")
+    for options, is_same in ([[], True], [["--white", "1"], False]):
+        out = tmp_path / f"{is_same}.exr"
+        command = [binary, "filter", "-q", tmp_path / "passes.exr", "-o", out, *options]
+        subprocess.run(command, check=True)
+        assert numpy.array_equal(made, pixels(out)) == is_same
+
+
+def test_what_is_doubtful_of_a_file_is_said(site, binary, tmp_path):
+    out = tmp_path / "again.exr"
+    words = [REFERENCES / "posts_pinhole.exr", "-o", out, "--pass-through"]
+    subprocess.run([binary, "filter", "-q", *words], check=True)
+    told = run_node(
+        f"""import {{ Document }} from "{site}/core/document.js";
+        import {{ readFileSync }} from "node:fs";
+        for (const path of ["{REFERENCES}/posts_pinhole.exr", "{out}"]) {{
+          const bytes = new Uint8Array(readFileSync(path));
+          const picture = await Document.open([{{ name: "passes.exr", bytes }}]);
+          console.log(JSON.stringify(picture.remark));
+        }}""",
+        tmp_path,
+    )
+    nothing, said = map(json.loads, told.splitlines())
+    assert nothing == "" and "filtered before" in said
+
+
 def pixels_are_half(path):
     return oiio.ImageInput.open(str(path)).spec().format == oiio.HALF
 

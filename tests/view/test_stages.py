@@ -246,6 +246,31 @@ def test_layers_are_shown_over_each_other(view, rackfocus, tmp_path):
     window.wait_text("saved", "saved")
 
 
+def test_dark_layers_have_lamps(view, rackfocus, tmp_path):
+    """What is a lamp is told by the white of each layer, as filter --over tells it."""
+    top = make_layer(tmp_path, "top.exr", 3, (0.9, 0.2, 0.1), True)
+    low = make_layer(tmp_path, "low.exr", 16, (0.001, 0.002, 0.002), False)
+    channels, _ = plainexr.read(low)
+    y, x = numpy.mgrid[0:120, 0:160]
+    for name in "RGB":
+        channels[name][(x % 31 == 7) & (y % 23 == 11)] = 1
+    low = plainexr.write(tmp_path / "low.exr", channels)
+    lens = ["--focus-distance", 8, "--lens-radius", 0.1, "--focal-length-px", 200]
+    window = view("--over", top, low, *lens)
+    window.wait_open()
+    window.move(20, 20)
+    window.key("ctrl+s")
+    window.wait_text("saved", "saved")
+    (saved,) = tmp_path.glob("*_focus.exr")
+    made = {}
+    for white in ((), ("--white", 1)):
+        out = tmp_path / f"white{len(white)}.exr"
+        rackfocus("filter", top, low, "--over", "-o", out, *lens, *white)
+        made[white] = read_exr(out)
+    assert not numpy.array_equal(*made.values())
+    assert numpy.array_equal(read_exr(saved), made[()])
+
+
 def test_both_eyes_of_a_stereo_pair(view, rackfocus, tmp_path):
     """Left, right, red and cyan, side by side: each eye as filter makes it."""
     paths = [

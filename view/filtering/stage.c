@@ -56,8 +56,9 @@ static void make_scene_options(struct stage *stage, const struct settings *typed
     o->focus_distance = typed->params.focus_distance;
 }
 
-static void add_remark(struct stage *stage, const char *text)
+static void add_remark(void *user, const char *text)
 {
+    struct stage *stage = user;
     const size_t n = strlen(stage->remark);
     if (text[0])
         snprintf(stage->remark + n, sizeof(stage->remark) - n, "%s%s",
@@ -130,19 +131,26 @@ static bool render_scene(struct stage *stage, const struct settings *typed,
 
 /* ---- files ----------------------------------------------------------------------- */
 
+/* Where the white of one of the sources is kept; 0 until its light was read. */
+static int white_at(const struct stage *stage, const struct source *source)
+{
+    return source == &stage->source ? 0 : 1 + (int)(source - stage->others);
+}
+
 /* What a source says of its camera, and what was typed. */
 static bool resolve_source(const struct stage *stage, const struct source *source,
                            const struct settings *typed, struct settings *settings,
                            struct rf_params *params, char *text, size_t n_bytes)
 {
     struct rf_error error;
+    const double white = stage->whites[white_at(stage, source)];
     *settings = *typed;
     if (!source_read_facts(source, settings, text, n_bytes))
         return false;
     if (stage->has_views)
         settings_set_header(settings, "method", RF_METHOD_VIEWS, VIEWS_OFFSET, NULL);
-    if (stage->white > 0)
-        settings_set_header(settings, "white", stage->white, "the picture", NULL);
+    if (white > 0)
+        settings_set_header(settings, "white", white, "the picture", NULL);
     if (settings_fit_window(settings, &source->info, params, &error) == RF_OK)
         return true;
     snprintf(text, n_bytes, "%s", error.message);
@@ -196,25 +204,19 @@ static bool shows_one_eye(const struct stage *stage, const struct source *source
 /* What `rackfocus filter` warns of before it reads the picture. */
 static void remark_doubts(struct stage *stage, const struct source *source)
 {
-    static bool (*const doubts[])(const struct source *, char *, size_t) = {
-        source_was_filtered, source_is_environment, source_is_doubtful};
-    char why[500], text[600];
-    for (size_t i = 0; i < sizeof(doubts) / sizeof(doubts[0]); i++) {
-        if (!doubts[i](source, why, sizeof(why)))
-            continue;
-        snprintf(text, sizeof(text), "the picture %s", why);
-        add_remark(stage, text);
-    }
+    char why[500];
+    source_say_doubts(source, add_remark, stage);
     if (shows_one_eye(stage, source, why, sizeof(why)))
         add_remark(stage, why);
 }
 
-static double white_of_light(const struct rf_image *colour)
+static void find_white(struct stage *stage, const struct source *source,
+                       const struct input *input)
 {
-    struct white_tally tally = {{0}};
-    white_tally_add(&tally, colour->data,
-                    (size_t)colour->width * (size_t)colour->height, colour->channels);
-    return white_of(&tally);
+    const struct rf_image *colour = &input->views[0].colour;
+    const size_t n = (size_t)colour->width * (size_t)colour->height;
+    stage->whites[white_at(stage, source)] =
+        white_of_pixels(colour->data, n, colour->channels);
 }
 
 static bool open_source(struct stage *stage, const struct source_request *request,
@@ -275,7 +277,7 @@ static bool read_files(struct stage *stage, const struct settings *typed,
         is_good && stage->input &&
         (is_deep || mend_depth(stage, typed, &stage->source, stage->input, error));
     if (is_good && !is_deep)
-        stage->white = white_of_light(&stage->input->views[0].colour);
+        find_white(stage, &stage->source, stage->input);
     views_list_free(&list);
     return is_good;
 }
@@ -304,6 +306,8 @@ static struct input *read_one(struct stage *stage, const struct settings *typed,
         input_drop(input);
         input = NULL;
     }
+    if (input)
+        find_white(stage, source, input);
     return input;
 }
 

@@ -48,7 +48,8 @@ struct stage {
     struct source others[STACK_MOST]; /* of the layers above, of the right eye */
     int n_others;
     struct input *input;
-    double white; /* of its light, as rackfocus filter tells it */
+    /* Of the light of the source and of the others, as rackfocus filter tells it. */
+    double whites[1 + STACK_MOST];
     /* For other threads. */
     volatile double fraction; /* of rendering */
     volatile bool is_cancelled;

@@ -41,7 +41,7 @@ export class Document {
   /** Of the finite depths, scene units. */
   get nearest() { return this.#module.exports.rw_nearest(this.#handle); }
   get farthest() { return this.#module.exports.rw_farthest(this.#handle); }
-  /** What was done to the depth, or "". */
+  /** What is doubtful of the file and what was done to its depth, or "". */
   get remark() { return this.#module.text(this.#module.exports.rw_remark(this.#handle)); }
 
   /** Of the module, with the pictures in it; it never shrinks. */
