@@ -3,6 +3,7 @@
 #include <pthread.h>
 #include <stdio.h>
 
+#include "physics/failing_memory.h"
 #include "physics/frames.h"
 #include "testing.h"
 
@@ -250,6 +251,50 @@ static void one_false_cancels_several_pictures(void)
         }
 }
 
+/* A pane before a wall, with a step in it. */
+static void deep_fill(size_t *first, struct rf_deep_sample *samples)
+{
+    for (int i = 0; i < 140 * 110; i++) {
+        const float far = i % 140 < 70 ? PLAIN_FOCUS : 104;
+        first[i] = 2 * (size_t)i;
+        samples[2 * i] = (struct rf_deep_sample){97, 97, {0.2f, 0.1f, 0, 0.5f}, 0.5f};
+        samples[2 * i + 1] = (struct rf_deep_sample){far, far, {0.1f, 0.4f, 1, 1}, 1};
+    }
+    first[140 * 110] = 2 * 140 * 110;
+}
+
+/* Wherever it is cancelled: what is not made is not read. */
+static void deep_frames_are_cancelled(void)
+{
+    static size_t first[140 * 110 + 1];
+    static struct rf_deep_sample samples[2 * 140 * 110];
+    const struct rf_deep deep = {140, 110, first, samples};
+    struct memory memory = {.lock = PTHREAD_MUTEX_INITIALIZER};
+    const struct rf_context_params how = {.size = sizeof how,
+                                          .allocate = memory_allocate,
+                                          .release = memory_release,
+                                          .user = &memory};
+    struct rf_params params;
+    struct rf_context *context;
+    struct rf_filter *filter;
+    struct frame frame = frame_make(140, 110, 4);
+    deep_fill(first, samples);
+    scene_params(&params, RF_METHOD_LAYERED);
+    REQUIRE(rf_context_create(&context, &how, NULL) == RF_OK);
+    REQUIRE(rf_filter_create(&filter, context, &params, 140, 110, NULL) == RF_OK);
+    for (int i = 0; i < 40; i++) {
+        struct record record = record_for(i / 40.0);
+        const struct rf_progress progress = {report, &record};
+        struct rf_image out = rf_image_packed(frame.out, 140, 110, 4);
+        CHECK(rf_filter_process_deep(filter, &deep, &out, &progress, NULL) ==
+              RF_ERROR_CANCELLED);
+    }
+    rf_filter_destroy(filter);
+    rf_context_destroy(context);
+    CHECK(memory.n_live == 0);
+    frame_free(&frame);
+}
+
 /* A caller that is not the main thread gets its calls there. */
 static void *in_thread(void *user)
 {
@@ -282,6 +327,7 @@ int main(int argc, char **argv)
     TEST(cancel_at_1_is_too_late);
     TEST(whole_at_1_of_several_pictures);
     TEST(one_false_cancels_several_pictures);
+    TEST(deep_frames_are_cancelled);
     TEST(the_calling_thread_need_not_be_the_main_one);
     return testing_end();
 }

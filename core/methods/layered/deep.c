@@ -492,7 +492,7 @@ static rf_result run(struct rf_deep_work *d, struct rf_work *work,
     rf_task_phase(work->task, 0.15, f->height + 2 * border);
     rf_result result = rf_picture_load(&d->picture, &whole, &view, d->n_planes, border,
                                        true, work->task, error);
-    if (result == RF_OK && f->params.fill_hidden)
+    if (result == RF_OK && f->params.fill_hidden && !rf_task_is_cancelled(work->task))
         result = find_hidden(d, work->task, error);
     if (result == RF_OK && !rf_task_is_cancelled(work->task))
         result = collect_samples(d, work->task, error);
