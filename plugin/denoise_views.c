@@ -182,17 +182,16 @@ static int run(struct job *job, const struct plugin_denoiser *how,
 }
 
 static PyObject *denoise(struct job *job, const struct module_state *state,
-                         const struct plugin_denoiser *how)
+                         const struct plugin_denoiser *how, PyObject *function)
 {
     struct image_error error = {0};
     job->work.names = job->names;
-    if (job->progress.function) {
-        job->work.progress = plugin_report;
-        job->work.user = &job->progress;
-    }
-    job->progress.thread = PyEval_SaveThread();
+    job->work.progress = plugin_report;
+    job->work.user = &job->progress;
+    if (plugin_start_progress(&job->progress, function) < 0)
+        return NULL;
     const int code = run(job, how, &error);
-    PyEval_RestoreThread(job->progress.thread);
+    plugin_end_progress(&job->progress);
     if (job->progress.has_raised)
         return NULL;
     if (code == APP_INTERRUPTED) {
@@ -236,13 +235,12 @@ PyObject *plugin_filter_denoise_views(PyObject *object, PyObject *args,
     job->white = ((struct plugin_filter *)object)->white;
     job->views = plugin_open_views(sequence);
     job->work.share.n_threads = thread_count(how.n_threads);
-    job->progress.function = function == Py_None ? NULL : function;
     if (!job->views) {
         PyMem_Free(job);
         return NULL;
     }
     if (open_job(job, state, outs, guides) == 0)
-        answer = denoise(job, state, &how);
+        answer = denoise(job, state, &how, function);
     close_job(job);
     return answer;
 }

@@ -127,14 +127,13 @@ static PyObject *process(PyObject *object, const struct work *work,
                          const struct rf_image *out, PyObject *function)
 {
     const struct plugin_filter *self = (struct plugin_filter *)object;
-    struct plugin_progress progress = {function == Py_None ? NULL : function, NULL,
-                                       false};
-    struct rf_progress callback = {plugin_report, &progress};
-    const struct rf_progress *given = progress.function ? &callback : NULL;
+    struct plugin_progress progress;
+    const struct rf_progress callback = {plugin_report, &progress};
     struct rf_error error;
-    progress.thread = PyEval_SaveThread();
-    rf_result result = run_work(self->filter, work, out, given, &error);
-    PyEval_RestoreThread(progress.thread);
+    if (plugin_start_progress(&progress, function) < 0)
+        return NULL;
+    rf_result result = run_work(self->filter, work, out, &callback, &error);
+    plugin_end_progress(&progress);
     if (progress.has_raised)
         return NULL;
     if (result != RF_OK)

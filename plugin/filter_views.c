@@ -2,18 +2,65 @@
 /* Several views of one frame, as Python gives them; the progress of work on them. */
 #include "module.h"
 
-/* The callback runs without the lock of the interpreter; this takes it for a moment. */
+/* -1 with an exception set, which may be that of a signal. */
+static int is_main_thread(void)
+{
+    PyObject *module = PyImport_ImportModule("threading");
+    PyObject *thread = module ? PyObject_CallMethod(module, "main_thread", NULL) : NULL;
+    PyObject *ident = thread ? PyObject_GetAttrString(thread, "ident") : NULL;
+    const unsigned long number = ident ? PyLong_AsUnsignedLongMask(ident) : 0;
+    Py_XDECREF(ident);
+    Py_XDECREF(thread);
+    Py_XDECREF(module);
+    return PyErr_Occurred() ? -1 : number == PyThread_get_thread_ident();
+}
+
+int plugin_start_progress(struct plugin_progress *progress, PyObject *function)
+{
+    const int is_main = is_main_thread();
+    if (is_main < 0)
+        return -1;
+    *progress =
+        (struct plugin_progress){.function = function == Py_None ? NULL : function,
+                                 .handles_signals = is_main > 0,
+                                 .handled = clock()};
+    progress->thread = PyEval_SaveThread();
+    return 0;
+}
+
+void plugin_end_progress(struct plugin_progress *progress)
+{
+    PyEval_RestoreThread(progress->thread);
+}
+
+/* Asks the function whether to go on; -1 with an exception. */
+static int ask(PyObject *function, double fraction)
+{
+    PyObject *answer = PyObject_CallFunction(function, "d", fraction);
+    const int goes_on = answer ? answer == Py_None || PyObject_IsTrue(answer) : -1;
+    Py_XDECREF(answer);
+    return goes_on;
+}
+
+/* Other threads may hold the lock for a while, so it is not taken for nothing. */
 bool plugin_report(void *user, double fraction)
 {
     struct plugin_progress *progress = user;
+    int goes_on = 1;
     if (progress->has_raised)
         return false;
+    const bool is_time =
+        progress->handles_signals && clock() - progress->handled > CLOCKS_PER_SEC / 10;
+    if (!progress->function && !is_time)
+        return true;
     PyEval_RestoreThread(progress->thread);
-    PyObject *answer = PyObject_CallFunction(progress->function, "d", fraction);
-    int goes_on = answer ? answer == Py_None || PyObject_IsTrue(answer) : -1;
+    if (progress->function)
+        goes_on = ask(progress->function, fraction);
+    if (goes_on >= 0 && is_time && PyErr_CheckSignals() < 0)
+        goes_on = -1;
     progress->has_raised = goes_on < 0;
-    Py_XDECREF(answer);
     progress->thread = PyEval_SaveThread();
+    progress->handled = is_time ? clock() : progress->handled;
     return goes_on > 0;
 }
 

@@ -120,8 +120,7 @@ static bool merge(struct job *job, const struct rf_view *views, int k,
         rf_image_packed(job->merged[k], first->width, first->height, first->channels);
     const struct rf_progress progress = {report, job};
     const rf_result result =
-        rf_filter_process(job->filter, views, job->views->n, &out,
-                          job->progress.function ? &progress : NULL, error);
+        rf_filter_process(job->filter, views, job->views->n, &out, &progress, error);
     job->n_done++;
     return result == RF_OK;
 }
@@ -151,13 +150,14 @@ static bool run(struct job *job, int n_threads, struct rf_error *error,
 }
 
 static PyObject *merge_denoised(struct job *job, const struct module_state *state,
-                                int n_threads)
+                                int n_threads, PyObject *function)
 {
     struct rf_error error = {.code = RF_OK};
     struct image_error failure = {0};
-    job->progress.thread = PyEval_SaveThread();
+    if (plugin_start_progress(&job->progress, function) < 0)
+        return NULL;
     const bool is_done = run(job, n_threads, &error, &failure);
-    PyEval_RestoreThread(job->progress.thread);
+    plugin_end_progress(&job->progress);
     if (job->progress.has_raised)
         return NULL;
     if (!is_done)
@@ -180,7 +180,6 @@ PyObject *plugin_filter_merge_denoised(PyObject *object, PyObject *args,
         return PyErr_NoMemory();
     job->filter = filter->filter;
     job->white = filter->white;
-    job->progress.function = function == Py_None ? NULL : function;
     job->views = plugin_open_views(sequence);
     if (!job->views) {
         PyMem_Free(job);
@@ -188,7 +187,8 @@ PyObject *plugin_filter_merge_denoised(PyObject *object, PyObject *args,
     }
     if (open_job(job, cleans, out) == 0)
         answer = merge_denoised(job, PyType_GetModuleState(Py_TYPE(object)),
-                                rf_context_threads(plugin_context_of(filter->context)));
+                                rf_context_threads(plugin_context_of(filter->context)),
+                                function);
     close_job(job);
     return answer;
 }

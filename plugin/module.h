@@ -5,6 +5,7 @@
 
 #define PY_SSIZE_T_CLEAN
 #include <Python.h>
+#include <time.h>
 
 #include "rackfocus/rackfocus.h"
 
@@ -142,13 +143,24 @@ struct plugin_views {
 struct plugin_views *plugin_open_views(PyObject *sequence);
 void plugin_close_views(struct plugin_views *open);
 
-/* A function of Python that is called with a fraction; while it is not, the thread is
- * without the lock. */
+/*
+ * Work without the lock that calls a function of Python with a fraction, if there is
+ * one, and on the thread in which Python handles signals lets their handlers run: Ctrl-C
+ * ends it.
+ */
 struct plugin_progress {
-    PyObject *function;
+    PyObject *function; /* or NULL */
     PyThreadState *thread;
-    bool has_raised;
+    bool handles_signals;
+    clock_t handled; /* when that was last done */
+    bool has_raised; /* an exception is set */
 };
+
+/* `function` may be None. 0, without the lock; or -1 with it and an exception set. */
+int plugin_start_progress(struct plugin_progress *progress, PyObject *function);
+
+/* Takes the lock again. */
+void plugin_end_progress(struct plugin_progress *progress);
 
 /* Of struct rf_progress; `user` is a struct plugin_progress. */
 bool plugin_report(void *user, double fraction);
