@@ -7,7 +7,10 @@
  * counts; of several surfaces that which was seen most does, and all that show that one
  * are averaged. Left out are pixels beside something nearer, whose colour may be a mix of
  * both, and neighbours that do not fit: of what the frame shows, less than half would
- * lie where the map says.
+ * lie where the map says, or what does has another light (behind a cut, or as a lamp
+ * goes on): of the mean lights A and B of a part of the picture,
+ *
+ *   |A - B| / (A + B) > 0.2 in the mean, a factor of 1.5.
  *
  * Only inputs are read, in the order of their distance, so a frame does not depend on
  * which others are made, nor by whom. Memory: 8 (channels + 4) bytes per pixel and
@@ -30,6 +33,7 @@
 enum {
     SAMPLE_STEP = 4,  /* px between those that a map is tried on */
     N_SLOTS = 2,      /* hidden surfaces that are told apart at a pixel */
+    N_PARTS = 8,      /* across and down, of which the light is looked at */
     POINTS_EVERY = 4, /* pixels there is one of a light at most: more is no lamp */
 };
 
@@ -37,6 +41,8 @@ enum {
 static const float LEAST_COVER = 0.1f;
 /* Of what the frame shows, to lie where a map says that it does. */
 static const double LEAST_FIT = 0.5;
+/* Of its light, for it to be the same shot in the same light. */
+static const double MOST_SHIFT = 0.2;
 
 /* What is known of a hidden surface of a pixel. */
 struct hidden {
@@ -57,6 +63,7 @@ struct target {
     int32_t margin;        /* px beyond the border, from which light comes in */
     int32_t frame;         /* beside, whose points are added: 0 is the first */
     bool wants_lights;
+    float white;                    /* of the picture */
     float least_light;              /* luminance of lamps */
     struct light_points *lights;    /* that it does not show */
     struct temporal_border *border; /* NULL: it is not continued */
@@ -154,7 +161,8 @@ static int target_open(struct run *run, int view, struct target *target)
         return APP_NO_MEMORY;
     target->lights->most = n / POINTS_EVERY;
     target->wants_lights = !run->has_views && run->settings->params.exact_highlights;
-    target->least_light = LEAST_LIGHT * (float)run->params.white;
+    target->white = (float)run->params.white;
+    target->least_light = LEAST_LIGHT * target->white;
     const struct rf_image depth =
         rf_image_packed(run->has_views ? run->views.views[view].depth.data : run->depth,
                         target->width, target->height, 1);
@@ -374,7 +382,38 @@ static int read_neighbour(const struct run *run, int view, const struct target *
 struct fit {
     double score; /* of the colours, 0: the same; where they disagree 1 */
     double share; /* of what lies within the frame */
+    double shift; /* of the light of its parts, 0: the same; to 1 */
 };
+
+/* The light of parts of the picture, in the frame and beside it; sums have less grain
+ * than pixels, and fireflies count as white. */
+struct parts {
+    double here[N_PARTS * N_PARTS], beside[N_PARTS * N_PARTS];
+    int n[N_PARTS * N_PARTS];
+};
+
+static void add_part(struct parts *parts, const struct target *target,
+                     const struct temporal_place *at, float here, float beside)
+{
+    const int x = (int)(at->x * N_PARTS / target->width);
+    const int y = (int)(at->y * N_PARTS / target->height);
+    parts->here[N_PARTS * y + x] += (double)fminf(fmaxf(here, 0), target->white);
+    parts->beside[N_PARTS * y + x] += (double)fminf(fmaxf(beside, 0), target->white);
+    parts->n[N_PARTS * y + x]++;
+}
+
+static double shift_of(const struct parts *parts)
+{
+    double sum = 0;
+    int n = 0;
+    for (int i = 0; i < N_PARTS * N_PARTS; i++) {
+        const double here = parts->here[i], beside = parts->beside[i];
+        if (here + beside > 0)
+            sum += parts->n[i] * fabs(here - beside) / (here + beside);
+        n += parts->n[i];
+    }
+    return n ? sum / n : 0;
+}
 
 /* Where pixel (x, y) lies in the frame; false where it shows nothing that can be used. */
 static bool find_place(const struct neighbour *from, int32_t x, int32_t y,
@@ -393,6 +432,7 @@ static struct fit try_map(const struct target *target, const struct neighbour *f
 {
     double score = 0;
     int n = 0, n_same = 0;
+    struct parts parts = {.n = {0}};
     const size_t step = (size_t)target->n_channels;
     for (int32_t y = SAMPLE_STEP / 2; y < from->source.height; y += SAMPLE_STEP)
         for (int32_t x = SAMPLE_STEP / 2; x < from->source.width; x += SAMPLE_STEP) {
@@ -411,20 +451,28 @@ static struct fit try_map(const struct target *target, const struct neighbour *f
             const float a = luminance_of(from->colour + i * step, target->n_channels);
             const float b = luminance_of(target->colour + j * step, target->n_channels);
             score += fabs((double)(a - b)) / (fabs((double)(a + b)) + 1e-6);
+            add_part(&parts, target, &at, b, a);
             n_same++;
         }
-    return (struct fit){n ? score / n : 1, n ? (double)n_same / n : 0};
+    return (struct fit){n ? score / n : 1, n ? (double)n_same / n : 0,
+                        shift_of(&parts)};
+}
+
+static bool does_fit(const struct fit *fit)
+{
+    return fit->share >= LEAST_FIT && fit->shift <= MOST_SHIFT;
 }
 
 /* Chooses vectors, or the matrices and axes that fit best; false: none does. */
 static bool choose_map(const struct target *target, struct neighbour *from)
 {
-    struct fit best = {2, 0};
+    struct fit best = {2, 0, 1};
     int best_axes = 0;
     struct temporal_map *map = &from->map;
     if (map->vectors) {
         map->kind = TEMPORAL_VECTORS;
-        if (try_map(target, from).share >= LEAST_FIT)
+        const struct fit fit = try_map(target, from);
+        if (does_fit(&fit))
             return true;
     }
     if (!map->from.has_matrix || !map->to.has_matrix || !temporal_map_join(map))
@@ -439,7 +487,7 @@ static bool choose_map(const struct target *target, struct neighbour *from)
         }
     }
     temporal_map_take_axes(map, best_axes);
-    return best.share >= LEAST_FIT;
+    return does_fit(&best);
 }
 
 /* ---- what is hidden -------------------------------------------------------------- */
@@ -681,7 +729,8 @@ int temporal_find(struct run *run)
                         ? "there is no frame beside it"
                         : "the frames beside it do not say where what they show lies "
                           "in it: neither worldToCamera in the headers nor a pass of "
-                          "motion vectors (Vector, forward, backward) fits");
+                          "motion vectors (Vector, forward, backward) fits, or "
+                          "their light is another one");
 }
 
 void temporal_set_behind(const struct run *run, int i, struct rf_view *view)

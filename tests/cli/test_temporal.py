@@ -118,7 +118,7 @@ def with_camera(frame, **axes):
     return {"worldToCamera": matrix(frame, **axes)}
 
 
-def error_of(tmp_path, frame, name="out", of=None):
+def error_of(tmp_path, frame, name="out", of=None, light=1):
     """Root mean square, away from the border."""
     import OpenImageIO
 
@@ -126,7 +126,7 @@ def error_of(tmp_path, frame, name="out", of=None):
     got = file.read_image(format="float")[..., 1]
     file.close()
     inner = numpy.s_[8:-8, 16:-16]
-    return numpy.sqrt(((got - truth(of or frame))[inner] ** 2).mean())
+    return numpy.sqrt(((got - light * truth(of or frame))[inner] ** 2).mean())
 
 
 @pytest.mark.parametrize(
@@ -344,6 +344,27 @@ def test_numbers_below_zero_are_frames_beside(run, shot, tmp_path):
         os.rename(tmp_path / f"shot.{i:04d}.exr", tmp_path / f"shot.{i - 3:04d}.exr")
     run(pattern, "--temporal", 2, "--frames", "0", name="below")
     assert error_of(tmp_path, 0, "below", of=3) == error_of(tmp_path, 3, "above")
+
+
+@pytest.mark.parametrize("says", ["camera", "blender"])
+def test_nothing_comes_from_behind_a_cut(run, shot, tmp_path, says):
+    """Another shot with things at the same distances, three times as dark."""
+
+    def channels(i):
+        grey, _ = pinhole(i)
+        darker = {name: (0.3 * grey).astype(numpy.float32) for name in "RGB"}
+        moves = {} if says == "camera" else vectors(i, says)
+        return (darker if i > 4 else {}) | moves
+
+    pattern = shot(with_camera if says == "camera" else None, channels)
+    done = run(pattern, "--temporal", 2, "--frames", "4-5")
+    assert done.stderr == ""
+    run(pattern, "--frames", "4-5", name="alone")
+    for frame, light in ((4, 1), (5, 0.3)):
+        errors = [
+            error_of(tmp_path, frame, name, light=light) for name in ("out", "alone")
+        ]
+        assert errors[0] < 0.6 * errors[1]
 
 
 def test_a_frame_alone_is_told(run, shot, tmp_path):
