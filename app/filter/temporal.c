@@ -322,7 +322,7 @@ static int measure_neighbour(const struct run *run, int view,
 {
     struct settings *settings = app_memory(1, sizeof(*settings), run->error);
     struct rf_filter *filter = NULL;
-    struct rf_params params;
+    struct rf_params params = {0};
     struct rf_error error;
     char text[1024];
     const struct source *source = &from->source;
