@@ -22,7 +22,6 @@ from . import (
     group,
     holdouts,
     lamps,
-    lamps,
     lens,
     main_thread,
     mirrors,

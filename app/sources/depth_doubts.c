@@ -22,13 +22,14 @@ enum {
     FEWEST_PX = 4
 };
 
-/* Slopes, of the depth, between two places: below it rounding shows, above it lie other
- * things. On the references 20 to 60 % of the places have them. */
+/* How the lines through three places are judged. */
 struct measure {
+    /* Slopes, of the depth, between two places: below it rounding shows, above it lie
+     * other things. On the references 20 to 60 % of the places have them. */
     double least_slope, most_slope;
-    double
-        clearly; /* one kind fits alone if its bend is so much less than the others' */
-    double straight; /* and where the least bend is below it */
+    /* One kind fits alone if its bend is so much less than the others', */
+    double clearly;
+    double straight; /* and the least bend is below it. */
 };
 
 /* Of the references 46 to 88 % of the places on flat things are of their kind then, none of
