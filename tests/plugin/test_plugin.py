@@ -5,10 +5,8 @@ import gc
 import json
 import os
 import re
-import signal
 import subprocess
 import threading
-import time
 
 import numpy as np
 import OpenImageIO as oiio
@@ -490,63 +488,6 @@ def test_false_cancels(at):
     colour, depth = make_frame(300, 200)
     with pytest.raises(rackfocus.CancelledError):
         filtered(colour, depth, progress=lambda fraction: fraction < at)
-
-
-class Stopped(Exception):
-    pass
-
-
-@pytest.fixture
-def stop_soon():
-    """A signal's handler that raises, as Ctrl-C's does, half a second from the call."""
-
-    def stop(number, frame):
-        raise Stopped
-
-    before = signal.signal(signal.SIGALRM, stop)
-    yield lambda: signal.setitimer(signal.ITIMER_REAL, 0.5)
-    signal.setitimer(signal.ITIMER_REAL, 0)
-    signal.signal(signal.SIGALRM, before)
-
-
-@pytest.mark.parametrize("progress", [None, [].append])
-@pytest.mark.parametrize("is_deep", [False, True])
-def test_signals_end_it(stop_soon, is_deep, progress):
-    """Their handlers run during the work, not after it: the picture is not made."""
-    height, width = 800, 1200
-    colour, depth = make_frame(height, width, 3)
-    out = np.full_like(colour, np.nan)
-    lens = dict(focus_distance=2, lens_radius=0.5, focal_length_px=600)
-    if is_deep:
-        first = np.arange(height * width + 1, dtype=np.uint64)
-        samples = np.ones((height * width, 7), np.float32)
-        samples[:, 0] = samples[:, 1] = depth.ravel()
-        given = (first, samples)
-        work = rackfocus.Filter(width, height, **lens).process_deep
-    else:
-        given = (colour, depth)
-        work = rackfocus.Filter(width, height, method="scatter", **lens).process
-    stop_soon()
-    with pytest.raises(Stopped):
-        work(*given, out, progress=progress)
-    assert np.isnan(out).any()
-
-
-def test_signals_wait_for_the_main_thread(stop_soon):
-    """The work of other threads is none of theirs."""
-    colour, depth = make_frame(800, 1200, 3)
-    made, is_done = [], threading.Event()
-
-    def work():
-        made.append(filtered(colour, depth, f_stop=0.1, threads=1))
-        is_done.set()
-
-    stop_soon()
-    with pytest.raises(Stopped):
-        threading.Thread(target=work).start()
-        time.sleep(60)
-    assert is_done.wait(60)
-    assert made[0].shape == colour.shape
 
 
 def test_an_exception_in_the_callback_comes_through():
