@@ -12,12 +12,12 @@
  * unsure: with v_f and v_b, the variances of the pixels around from f and b, the near
  * part takes it A v_f / (A^2 v_f + (1 - A)^2 v_b) times and the far one (1 - A) v_b over
  * the same. So a shaded wire leaves next to no lines on an even thing in focus behind it
- * (worth up to 7 dB there, 0.03 on random layers; tests/quality -0.01 to 0.04). Where A is 0 or 1 the
- * pixel stays as it is, with the depth that it has (worth 0.2 to 1.0 dB on four of six
- * scenes, 0.6 and 1.2 with eight views). But a lone view gives a thin thing back the
- * pixels that it fills and the depth sample missed: they would stay sharp, a dotted
- * line in the place of a wire (worth 0.1 to 0.4 dB on wires, hair and meshes). And
- * where the surface that the depth says is textured along e, the colour cannot tell
+ * (worth up to 7 dB there, 0.03 on random layers; tests/quality -0.01 to 0.04). Where A
+ * is 0 or 1 the pixel stays as it is, with the depth that it has (worth 0.2 to 1.0 dB on
+ * four of six scenes, 0.6 and 1.2 with eight views). But a lone view gives a thin thing
+ * back the pixels that it fills and the depth sample missed: they would stay sharp, a
+ * dotted line in the place of a wire (worth 0.1 to 0.4 dB on wires, hair and meshes).
+ * And where the surface that the depth says is textured along e, the colour cannot tell
  * texture from mixture: of a lone view the pixel stays whole, or the dark squares of a
  * chessboard would become teeth of a dark thing before it (worth up to 0.2 dB on six
  * scenes, 0.8 on posts before a chessboard; several views of portrait would lose 0.5).
