@@ -12,15 +12,15 @@
  * unsure: with v_f and v_b, the variances of the pixels around from f and b, the near
  * part takes it A v_f / (A^2 v_f + (1 - A)^2 v_b) times and the far one (1 - A) v_b over
  * the same. So a shaded wire leaves next to no lines on an even thing in focus behind it
- * (worth up to 7 dB there, 0.03 on random layers; tests/quality -0.01 to 0.04). Where A
- * is 0 or 1 the pixel stays as it is, with the depth that it has (worth 0.2 to 1.0 dB on
- * four of six scenes, 0.6 and 1.2 with eight views). But a lone view gives a thin thing
- * back the pixels that it fills and the depth sample missed: they would stay sharp, a
- * dotted line in the place of a wire (worth 0.1 to 0.4 dB on wires, hair and meshes).
- * And where the surface that the depth says is textured along e, the colour cannot tell
- * texture from mixture: of a lone view the pixel stays whole, or the dark squares of a
- * chessboard would become teeth of a dark thing before it (worth up to 0.2 dB on six
- * scenes, 0.8 on posts before a chessboard; several views of portrait would lose 0.5).
+ * (worth up to 5 dB there; tests/quality -0.01 to 0.04). Where A is 0 or 1 the pixel
+ * stays as it is, with the depth that it has (worth 0.2 to 1.0 dB on four of six scenes,
+ * 0.6 and 1.2 with eight views). But a lone view gives a thin thing back the pixels that
+ * it fills and the depth sample missed: they would stay sharp, a dotted line in the place
+ * of a wire (worth 0.1 to 0.4 dB on wires, hair and meshes). And where the surface that
+ * the depth says is textured along e, the colour cannot tell texture from mixture: of a
+ * lone view the pixel stays whole, or the dark squares of a chessboard would become teeth
+ * of a dark thing before it (worth up to 0.2 dB on six scenes, 0.8 on posts before a
+ * chessboard; several views of portrait would lose 0.5).
  * Two cases:
  *
  *   fringe   a small bright thing bleeds into a pixel whose depth sample missed it;
@@ -69,9 +69,10 @@ static const float THIN_ALIKE = 0.3f;
 static const float TEXTURE = 0.35f;
 /* Luminance of display white: what is brighter may be a lamp. */
 static const float WHITE = 1;
-/* How unsure a colour is at the least, of what sets the surfaces off. 0; 0: lines of wires
- * are 0.1 dB weaker, 0.5 stronger. */
-static const float UNSURE = 0.08f;
+/* How unsure a colour is at the least, of what sets the surfaces off. At 0.16 lines of
+ * wires are 1 dB weaker, posts +0.01, at 0.6 1.7 dB stronger, plane -0.01; but a slow pan
+ * of even stripes flickers 2 % more at 0.2, 12 % at 0.08. */
+static const float UNSURE = 0.3f;
 
 static const float EMPTY = 0.02f; /* alpha behind an edge, of that before it */
 

@@ -31,7 +31,7 @@ surfaces/split.c PLANE_TOLERANCE 0.15f 0.6f one
 surfaces/split.c ALIKE 0.01f 0.04f one
 surfaces/split.c THIN_ALIKE 0.15f 0.6f one
 surfaces/split.c TEXTURE 0.175f 0.7f one
-surfaces/split.c UNSURE 0.04f 0.16f one
+surfaces/split.c UNSURE 0.16f 0.6f one
 surfaces/hidden.c BRIGHTEST 1.1f 3 one
 surfaces/hidden.c FLAT_PX 2 8 one
 surfaces/hidden.c BLURRED_PX 4 16 one
