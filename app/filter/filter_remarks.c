@@ -353,6 +353,25 @@ void filter_measure_radii(struct run *run)
 /* ---- values that nobody gave ------------------------------------------------------
  */
 
+/* Lists of values that nobody gave, and of the options for them. */
+struct missing {
+    char taken[256], give[160];
+};
+
+/* Adds a parameter that nobody gave, its value between two texts. */
+static void add_missing(struct missing *missing, const struct run *run, const char *key,
+                        const char *before, const char *after)
+{
+    char value[64], word[128];
+    if (!is_missing(run, key))
+        return;
+    rf_params_get(&run->settings->params, key, value, sizeof(value));
+    snprintf(word, sizeof(word), "%s%s%s", before, value, after);
+    append(missing->taken, sizeof(missing->taken), word);
+    snprintf(word, sizeof(word), "--%s", key);
+    append(missing->give, sizeof(missing->give), word);
+}
+
 int filter_warn_defaults(const struct run *run)
 {
     static const struct {
@@ -362,23 +381,16 @@ int filter_warn_defaults(const struct run *run)
                  {"focal-length", "focal length ", " mm"},
                  {"sensor-width", "sensor ", " mm wide"},
                  {"unit-scale", "", " units per metre"}};
-    char taken[256] = "", give[160] = "";
+    struct missing missing = {"", ""};
     if (!is_lens_missing(run) || !(run->has_radii || run->windows))
         return APP_DONE;
-    for (size_t i = 0; i < sizeof(facts) / sizeof(facts[0]); i++) {
-        char value[64], word[128];
-        if (!is_missing(run, facts[i].key))
-            continue;
-        rf_params_get(&run->settings->params, facts[i].key, value, sizeof(value));
-        snprintf(word, sizeof(word), "%s%s%s", facts[i].before, value, facts[i].after);
-        append(taken, sizeof(taken), word);
-        snprintf(word, sizeof(word), "--%s", facts[i].key);
-        append(give, sizeof(give), word);
-    }
+    for (size_t i = 0; i < sizeof(facts) / sizeof(facts[0]); i++)
+        add_missing(&missing, run, facts[i].key, facts[i].before, facts[i].after);
     return app_warn(run->tool->host, run->error,
                     "%s: its header does not say all of the camera; taken are %s; the "
                     "largest radius is %.1f px; give %s where that is not meant",
-                    image_path(run->source.colour), taken, run->largest_radius, give);
+                    image_path(run->source.colour), missing.taken, run->largest_radius,
+                    missing.give);
 }
 
 /* Radii below it are those of a picture that is sharp all over; they grow with the unit
@@ -401,27 +413,19 @@ int filter_warn_unit_scale(const struct run *run)
 
 int filter_warn_ends(const struct run *run)
 {
-    static const char *const ends[] = {"depth-near", "depth-far"};
-    char taken[200] = "", give[200] = "", kind[40];
+    struct missing missing = {"", ""};
+    char kind[40];
     if (!rf_method_find(run->params.method)->needs_depth)
         return APP_DONE;
-    for (size_t i = 0; i < sizeof(ends) / sizeof(ends[0]); i++) {
-        char value[64], word[80];
-        if (!is_missing(run, ends[i]))
-            continue;
-        rf_params_get(&run->settings->params, ends[i], value, sizeof(value));
-        snprintf(word, sizeof(word), "%s %s", ends[i], value);
-        append(taken, sizeof(taken), word);
-        snprintf(word, sizeof(word), "--%s", ends[i]);
-        append(give, sizeof(give), word);
-    }
-    if (!*give)
+    add_missing(&missing, run, "depth-near", "depth-near ", "");
+    add_missing(&missing, run, "depth-far", "depth-far ", "");
+    if (!*missing.give)
         return APP_DONE;
     rf_params_get(&run->settings->params, "depth", kind, sizeof(kind));
     return app_warn(run->tool->host, run->error,
                     "%s: nobody said which distances the ends of the %s depth stand "
                     "for; taken are %s; give %s",
-                    image_path(run->source.depth), kind, taken, give);
+                    image_path(run->source.depth), kind, missing.taken, missing.give);
 }
 
 int filter_warn_cut(const struct run *run)
