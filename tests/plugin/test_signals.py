@@ -2,8 +2,6 @@
 """Signals during the work of the Python extension: Ctrl-C ends it."""
 
 import signal
-import threading
-import time
 
 import numpy as np
 import pytest
@@ -61,20 +59,3 @@ def test_signals_end_it(stop_soon, is_deep, progress):
     with pytest.raises(Stopped):
         work(*given, out, progress=progress)
     assert np.isnan(out).any()
-
-
-def test_signals_wait_for_the_main_thread(stop_soon):
-    """The work of other threads is none of theirs."""
-    colour, depth = make_frame()
-    out, is_done = np.full_like(colour, np.nan), threading.Event()
-    made = one_filter()
-
-    def work():
-        made.process(colour, depth, out)
-        is_done.set()
-
-    stop_soon()
-    with pytest.raises(Stopped):
-        threading.Thread(target=work).start()
-        time.sleep(60)
-    assert is_done.wait(60) and np.isfinite(out).all()
