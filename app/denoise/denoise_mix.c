@@ -9,6 +9,9 @@
  *   w_k = (e_k - g_k) / e_k, less where e_k < 2 g_k, 0 where e_k < 1.6 g_k
  *   out = c + sum of min(w_k, w'_k) B_k(r - c)    w'_k with G' in place of G
  *
+ * and out lies between c and r, or at most half of the finer bands' grain beyond: what is
+ * left of one band alone rings, and a disc of light had a dark ring.
+ *
  * |d|^2 is the sum of the squares over red, green and blue, of d as far as c + d or c - d
  * lies in 0 to white, which is 1 here: lamps would rule otherwise, and flipped grain of
  * dark things, below 0, counts. What d has beyond that is in no band and gets the least
@@ -44,6 +47,9 @@ enum { FINE_PX = 1, COARSE_PX = 4, N_BANDS = 3 };
 /* Ratios of e and g: grain came back over surfaces in focus of a stranger's file, where
  * every e > g counted. A tree loses 0.6 dB by it, a toy in grain gains 0.4. */
 static const float DOUBTFUL = 1.6f, CERTAIN = 2;
+
+/* Times the grain of all colours. 0 keeps what is coarse from coming back in fine grain. */
+static const float SLACK = 0.5f;
 
 /* Merges cut what is below 0, where the flipped grain of dark things lies; it is merged as
  * much brighter. 1 in place of a quarter changes 0.1 dB, either way. */
@@ -280,19 +286,39 @@ static void find_weights(const struct denoise_merges *m, const struct rooms *roo
     }
 }
 
+/* How far the mixture may lie beyond both merges. */
+static void find_slack(const struct denoise_merges *m, const struct rooms *rooms,
+                       float *slack)
+{
+    for (size_t i = 0; i < rooms->n; i++) {
+        slack[i] = 0;
+        for (int b = 0; b < N_BANDS - 1; b++)
+            slack[i] += rooms->grain[b][i];
+    }
+    smooth(m, FINE_PX, slack, rooms->line);
+    for (size_t i = 0; i < rooms->n; i++)
+        slack[i] = SLACK * sqrtf(fmaxf(slack[i], 0));
+}
+
 static void mix(const struct denoise_merges *m, const struct rooms *rooms)
 {
+    float *slack = rooms->mean_grain;
+    find_slack(m, rooms, slack);
     for (int c = 0; c < n_colours(m->n_channels); c++) {
         find_bands(m, m->grainy, 0, c, rooms);
         for (size_t i = 0; i < rooms->n; i++) {
             const size_t k = i * (size_t)m->n_channels + (size_t)c;
-            float beyond = (m->grainy[k] - m->clean[k]) / m->white, sum = 0, least = 1;
+            float beyond = (m->grainy[k] - m->clean[k]) / m->white;
+            float whole = 0, sum = 0, least = 1;
             for (int b = 0; b < N_BANDS; b++) {
                 const float w = rooms->weights[b][i];
                 sum += w * rooms->bands[b][i];
-                beyond -= rooms->bands[b][i];
+                whole += rooms->bands[b][i];
                 least = fminf(least, w);
             }
+            beyond -= whole;
+            sum = fminf(sum, fmaxf(whole, 0) + slack[i]);
+            sum = fmaxf(sum, fminf(whole, 0) - slack[i]);
             m->clean[k] += m->white * (sum + least * beyond);
         }
     }

@@ -136,6 +136,31 @@ static void a_lamp_is_taken_as_it_is(void)
     CHECK(fabsf(lamp[1 + 3 * 4] - GREY) < 1e-3f);
 }
 
+static float from_disc(int i)
+{
+    return hypotf((float)(i % WIDTH) - 40, (float)(i / WIDTH) - 48);
+}
+
+/* A disc in the dark is brighter with its grain, and the grain is coarse: the finer bands
+ * of the disc alone would leave a dark ring around it. */
+static void a_disc_has_no_ring(void)
+{
+    const float dark = 0.05f, coarse = 0.3f;
+    float least = 1;
+    for (int i = 0; i < N; i++) {
+        const float disc = fminf(fmaxf(10.5f - from_disc(i / 3), 0), 1);
+        clean[i] = dark + 0.2f * disc;
+        grainy[i] = dark + 0.35f * disc;
+        flipped[i] = clean[i] + coarse + LIFT;
+    }
+    mix(2);
+    for (int i = 0; i < N; i++)
+        if (from_disc(i / 3) > 12)
+            least = fminf(least, clean[i]);
+    printf("# least beside a disc: %.4f of %.2f\n", (double)least, (double)dark);
+    CHECK(least > 0.99f * dark);
+}
+
 static void threads_do_not_matter(void)
 {
     static float once[N];
@@ -195,6 +220,7 @@ int main(int argc, char **argv)
         TEST(grain_alone_stays_out);
         TEST(grain_stays_out_beside_what_is_missing);
         TEST(a_lamp_is_taken_as_it_is);
+        TEST(a_disc_has_no_ring);
         TEST(threads_do_not_matter);
         TEST(signs_are_as_wide_as_grain);
     }
