@@ -22,6 +22,7 @@ from . import (
     group,
     halos,
     keep,
+    lamps,
     lens,
     look,
     main_thread,
@@ -313,6 +314,8 @@ class RackFocusEngine(bpy.types.RenderEngine):
                 found = strokes.added(found, source, frame.layer)
             found = [(cut_out(one, source.render), place) for one, place in found]
             found = fog.filled(found, source)
+            if not isinstance(rendered, keep.KeptFiles):  # theirs have lights
+                found = lamps.placed(found, source, frame.layer, frame.camera)
             try:
                 self._render_frame(frame, found, depsgraph.scene, seconds)
                 self._keep(frame, found, depsgraph.scene, source)

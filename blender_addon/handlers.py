@@ -123,6 +123,7 @@ def _start(scene):
         taken.forget(scene)
         finishing.forget(scene)
         strokes.forget(scene)
+        lamps.forget(scene)
         setup.sync(scene)
 
 
@@ -210,6 +211,7 @@ def on_frame_change_post(scene, depsgraph=None):
         write(driven.follow, cameras, depsgraph.scene_eval, ours)
         write(setup.follow_subframe, source, ours)
         bodies.measure(source, depsgraph)
+        lamps.measure(source, depsgraph)
     if is_copy:
         task = functools.partial(views.follow, scene, depsgraph)
         main_thread.run_or_here(task, FRAME_S)
@@ -246,6 +248,7 @@ def on_load(*_):
     passes.forget()
     finishing.forget()
     strokes.forget()
+    lamps.forget()
     write(_mend)
 
 

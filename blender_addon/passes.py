@@ -286,6 +286,11 @@ def rename_layers(scene, new_names):
     known.update(then)
 
 
+def old_name(scene, layer):
+    """The name that a view layer had in the last render of its scene."""
+    return _old_names_of(scene).get(layer, layer)
+
+
 def rendered(scene):
     """The kept passes of a scene, or those of its Render Result."""
     return _kept.get(scene.name) or RenderedPasses(scene)

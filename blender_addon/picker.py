@@ -4,7 +4,7 @@
 import bpy
 from bpy.props import BoolProperty, FloatProperty, StringProperty
 
-from . import camera_objects, engine, passes, setup
+from . import camera_objects, engine, lamps, passes, setup
 from .click import WaitsForClick
 from .operators import scene_of
 
@@ -20,11 +20,15 @@ def depth_at(scene, x, y):
     found = []
     rendered = passes.rendered(scene)
     view = camera_objects.first_view(scene.render)
+    camera = camera_objects.camera_of(scene)
     for layer in scene.view_layers:
         if layer.use:
-            depth = rendered.layer(layer.name, *view).depth
-            if depth is None:
+            first = rendered.views(layer.name, *view)[:1]
+            if first[0][0].depth is None:
                 raise passes.PassesError(engine.no_depth(layer.name))
+            if camera is not None:
+                first = lamps.placed(first, scene, layer.name, camera)
+            depth = first[0][0].depth
             rows, columns = depth.shape
             row = min(int((1 - y) * rows), rows - 1)
             found.append(float(depth[row, min(int(x * columns), columns - 1)]))

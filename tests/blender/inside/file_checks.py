@@ -11,6 +11,8 @@ from pathlib import Path
 
 import bpy
 import numpy as np
+from bpy_extras.object_utils import world_to_camera_view
+from mathutils import Matrix
 
 sys.path.insert(0, str(Path(__file__).parent))
 import checking  # noqa: E402
@@ -18,6 +20,7 @@ import common  # noqa: E402
 from checking import (  # noqa: E402
     OUT,
     Checks,
+    heard,
     refocused,
     shot,
     tree_with_output,
@@ -26,7 +29,9 @@ from checking import (  # noqa: E402
 from common import (  # noqa: E402
     V,
     addon,
+    kept,
     last_message,
+    read,
     render,
     result,
     rgba,
@@ -525,6 +530,170 @@ def a_comparison():
 def add_viewer(tree):
     """The input of a new Viewer node."""
     return tree.nodes.new("CompositorNodeViewer").inputs["Image"]
+
+
+# ---- lights that the camera sees --------------------------------------------------
+
+
+def own_lens(scene, data):
+    """What the camera's own depth of field makes of a scene, of 256 samples."""
+    samples, scene.cycles.samples = scene.cycles.samples, 256
+    data.rack_focus.enabled, data.dof.use_dof = False, True
+    made = shot(scene, "own.exr")
+    data.dof.use_dof, scene.cycles.samples = False, samples
+    return made
+
+
+def gain(made, own):
+    """What the depth of lights brings to the last picture, dB."""
+    lamps, scene = addon("lamps"), bpy.context.scene
+    kept, lamps.placed = lamps.placed, lambda found, *_: found
+    try:
+        without = refocused(scene, "without.exr")
+    finally:
+        lamps.placed = kept
+    print("gain", tpsnr(made, own), tpsnr(without, own))
+    return tpsnr(made, own) - tpsnr(without, own)
+
+
+def seen_lamp(kind, place, energy, **settings):
+    """A light that the camera sees, which shines towards it."""
+    scene = bpy.context.scene
+    lamp = bpy.data.objects.new("Lamp", bpy.data.lights.new("Lamp", kind))
+    scene.collection.objects.link(lamp)
+    lamp.location, lamp.rotation_euler = place, (-np.pi / 2, 0, 0)
+    lamp.visible_camera, lamp.data.energy = True, energy
+    for name, value in settings.items():
+        setattr(lamp.data, name, value)
+    return lamp
+
+
+def three_lamps():
+    """A square, a ball and a disc, near and far, on a larger picture."""
+    lamps = [
+        seen_lamp("AREA", (-0.5, 3, 0.2), 2, size=0.5),
+        seen_lamp("POINT", (0.4, 3, -0.2), 3, shadow_soft_size=0.15),
+        seen_lamp("AREA", (0.9, 8, 0.9), 30, size=0.8, shape="DISK"),
+    ]
+    lamps[1].data.use_nodes, lamps[1].data.energy = True, 1
+    lamps[1].data.node_tree.nodes["Emission"].inputs["Strength"].default_value = 3
+    render = bpy.context.scene.render
+    render.resolution_x, render.resolution_y = 150, 100
+    bpy.context.scene.cycles.samples = 64
+    return lamps
+
+
+@check
+def lights_that_the_camera_sees():
+    """They get the depth of their shapes: one view, several, a region, orthographic."""
+    scene, data = bpy.context.scene, bpy.context.scene.camera.data
+    lamps = three_lamps()
+    data.shift_x, data.dof.aperture_fstop = 0.05, 0.4
+    own = own_lens(scene, data)
+    start()
+    made = shot(scene, "lamp.exr")
+    same(refocused(scene, "lamp.exr"), made)
+    assert gain(made, own) > 6
+    data.rack_focus.method, data.rack_focus.views = "views", 4
+    assert gain(shot(scene, "lamp.exr"), own) > 6
+    data.rack_focus.views, data.rack_focus.method = 1, "layered"
+    depth = addon("lamps").placed(kept(scene), scene, "ViewLayer", scene.camera)
+    depth = depth[0][0].depth
+    assert {3.0} < set(np.round(depth[depth < 1e9], 4).tolist())
+    place = world_to_camera_view(scene, scene.camera, lamps[0].location)
+    data.dof.focus_distance = 9
+    bpy.ops.rack_focus.pick_focus(x=place.x, y=place.y)
+    assert abs(data.dof.focus_distance - 3) < 1e-3, data.dof.focus_distance
+    data.dof.focus_distance = 3
+    scene.render.use_border = True
+    scene.render.border_min_x, scene.render.border_max_y = 0.2, 0.9
+    part = shot(scene, "lamp.exr")
+    part[part[..., 3] == 0] = made[part[..., 3] == 0]
+    assert tpsnr(part, made) > 40, tpsnr(part, made)
+    scene.render.use_border = False
+    lamps[0].matrix_world @= Matrix.Rotation(np.pi, 4, "X")  # its back is not seen
+    update()
+    own = own_lens(scene, data)
+    start()
+    assert gain(shot(scene, "lamp.exr"), own) > 6
+
+
+@check
+def moving_and_instanced_lights():
+    """Of an animation each frame has its own, those of an instanced collection too."""
+    scene = bpy.context.scene
+    three_lamps()
+    group = bpy.data.collections.new("lamps")
+    for item in [o for o in scene.objects if o.type == "LIGHT"]:
+        scene.collection.objects.unlink(item)
+        group.objects.link(item)
+    empty = bpy.data.objects.new("empty", None)
+    empty.instance_type, empty.instance_collection = "COLLECTION", group
+    scene.collection.objects.link(empty)
+    for frame, x in ((1, 0.0), (2, 0.3)):
+        empty.location.x = x
+        empty.keyframe_insert("location", frame=frame)
+    start()
+    scene.frame_start, scene.frame_end = 1, 2
+    common.set_output(scene, OUT / "lamp_#.exr")
+    bpy.ops.render.render(animation=True, scene=scene.name)
+    for number in (1, 2):
+        scene.frame_set(number)
+        own = own_lens(scene, scene.camera.data)
+        start()
+        same(shot(scene, "lamp.exr"), rgba(read(OUT / f"lamp_{number}.exr")))
+        assert gain(refocused(scene, "lamp.exr"), own) > 6
+
+
+@check
+def clamped_and_exposed_lights():
+    """What of a light comes into the picture counts, not what it shines."""
+    scene = bpy.context.scene
+    three_lamps()
+    scene.cycles.sample_clamp_direct, scene.cycles.film_exposure = 0.8, 3
+    own = own_lens(scene, scene.camera.data)
+    start()
+    assert gain(shot(scene, "lamp.exr"), own) > 6
+
+
+@check
+def lights_whose_depth_is_not_known():
+    """Box and console say so of those with nodes or a Spread, where they are seen."""
+    scene, data = start()
+    describe = addon("lamps").describe
+    lamp = seen_lamp("AREA", (0, 3, 0), 3, size=0.4)
+    update()
+    assert not describe(scene, scene.camera)
+    lamp.data.use_nodes = True
+    nodes = lamp.data.node_tree.nodes
+    assert not describe(scene, scene.camera)
+    glow, ray = nodes["Emission"], nodes.new("ShaderNodeLightPath")
+    link = lamp.data.node_tree.links.new(ray.outputs[0], glow.inputs["Strength"])
+    assert "nodes" in describe(scene, scene.camera)[1]
+    lamp.data.node_tree.links.remove(link)
+    lamp.data.spread = 1
+    assert "Spread" in describe(scene, scene.camera)[1]
+    with heard() as said:
+        shot(scene, "lamp.exr")
+    assert "no depth" in said.getvalue(), said.getvalue()
+    for place in ((0, -3, 0), (9, 3, 0), (0, 3, -9)):
+        lamp.location = place
+        update()
+        assert not describe(scene, scene.camera), place
+    lamp.location = (0, 3, 0)
+    update()
+    assert describe(scene, scene.camera)
+    data.rack_focus.method = "accumulate"
+    assert not describe(scene, scene.camera)
+    data.rack_focus.method = "layered"
+    lamp.data.energy = 0
+    assert not describe(scene, scene.camera)
+    lamp.data.energy, lamp.hide_render = 3, True
+    update()
+    assert not describe(scene, scene.camera)
+    lamp.hide_render, lamp.visible_camera = False, False  # as Blender makes them
+    update()
+    assert not describe(scene, scene.camera)
 
 
 checking.run(check, "file_results.json")

@@ -241,39 +241,6 @@ def holdouts():
 
 
 @check
-def lights_that_the_camera_sees():
-    """They have no depth, where meshes in their place have: box and console say so."""
-    scene, data = start()
-    describe = addon("lamps").describe
-    lamp = bpy.data.objects.new("Lamp", bpy.data.lights.new("Lamp", "AREA"))
-    scene.collection.objects.link(lamp)
-    lamp.location, lamp.rotation_euler = (0, 3, 0), (-np.pi / 2, 0, 0)
-    lamp.data.size, lamp.data.energy = 0.4, 3
-    update()
-    assert not describe(scene, scene.camera)  # as Blender makes them
-    lamp.visible_camera = True
-    assert describe(scene, scene.camera)
-    with heard() as said:
-        shot(scene, "lamp.exr")
-    assert "no depth" in said.getvalue(), said.getvalue()
-    for place in ((0, -3, 0), (9, 3, 0), (0, 3, -9)):
-        lamp.location = place
-        update()
-        assert not describe(scene, scene.camera), place
-    lamp.location = (0, 3, 0)
-    update()
-    assert describe(scene, scene.camera)
-    data.rack_focus.method = "accumulate"
-    assert not describe(scene, scene.camera)
-    data.rack_focus.method = "layered"
-    lamp.data.energy = 0
-    assert not describe(scene, scene.camera)
-    lamp.data.energy, lamp.hide_render = 3, True
-    update()
-    assert not describe(scene, scene.camera)
-
-
-@check
 def a_halo_over_a_transparent_film():
     """Rims without depth before a large far blur: a message, but with Edges."""
     scene = bpy.context.scene
