@@ -127,6 +127,12 @@ void filter_measure_radii(struct run *run);
 /* A focus or an aperture that nobody gave: says what was taken and what it does. */
 int filter_warn_defaults(const struct run *run);
 
+/* V-Ray's focus distance is that of the camera's target: a guess. */
+int filter_warn_target(const struct run *run);
+
+/* An angle of view that is not the one of the header. */
+int filter_warn_view(const struct run *run);
+
 /* A unit that nobody gave, with which nothing is blurred. */
 int filter_warn_unit_scale(const struct run *run);
 

@@ -11,6 +11,7 @@
 
 #include "common/report.h"
 #include "filter/filter_private.h"
+#include "sources/camera_facts.h"
 
 static void append(char *text, size_t n_bytes, const char *word)
 {
@@ -391,6 +392,42 @@ int filter_warn_defaults(const struct run *run)
                     "largest radius is %.1f px; give %s where that is not meant",
                     image_path(run->source.colour), missing.taken, run->largest_radius,
                     missing.give);
+}
+
+int filter_warn_target(const struct run *run)
+{
+    if (!settings_is_by(run->settings, "focus-distance", camera_facts_target) ||
+        why_unread(run, rf_param_find("focus-distance")))
+        return APP_DONE;
+    return app_warn(
+        run->tool->host, run->error,
+        "%s: the focus is at the camera's target, %g away, since its header "
+        "says nothing else of it; give --focus-distance where something "
+        "else is to be sharp",
+        image_path(run->source.colour), run->settings->params.focus_distance);
+}
+
+/* Whole pixels and rounded numbers of a header are nearer to each other. */
+static const double SAME_VIEW = 0.02;
+
+int filter_warn_view(const struct run *run)
+{
+    const struct settings *settings = run->settings;
+    const struct image_box *display = &run->source.info.display_window;
+    const double width_px = (double)display->max_x - display->min_x + 1;
+    const double focal_px = rf_filter_lens(run->filter)->focal_length_px;
+    const double seen_width = width_px / focal_px;
+    if (settings->seen_width == 0 ||
+        settings->params.projection == RF_PROJECTION_ORTHOGRAPHIC ||
+        fabs(seen_width - settings->seen_width) <= SAME_VIEW * settings->seen_width)
+        return APP_DONE;
+    return app_warn(run->tool->host, run->error,
+                    "%s: by the options %.4g units are seen side by side at a distance "
+                    "of 1, by %s of its header %.4g; with --focal-length %g say "
+                    "--sensor-width %.4g, or neither",
+                    image_path(run->source.colour), seen_width, settings->seen_by,
+                    settings->seen_width, settings->params.focal_length,
+                    settings->seen_width * settings->params.focal_length);
 }
 
 /* Radii below it are those of a picture that is sharp all over; they grow with the unit

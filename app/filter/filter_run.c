@@ -500,6 +500,10 @@ static int warn_facts(struct run *run)
         filter_measure_radii(run);
     int code = filter_warn_defaults(run);
     if (code == APP_DONE)
+        code = filter_warn_target(run);
+    if (code == APP_DONE)
+        code = filter_warn_view(run);
+    if (code == APP_DONE)
         code = filter_warn_unit_scale(run);
     if (code == APP_DONE)
         code = filter_warn_ends(run);

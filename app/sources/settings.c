@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "sources/settings.h"
 
+#include "sources/camera_facts.h"
+
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -37,6 +39,13 @@ static void set_origin(struct settings *settings, const char *name, enum origin 
 enum origin settings_origin(const struct settings *settings, const char *name)
 {
     return settings->origins[index_of(name)];
+}
+
+bool settings_is_by(const struct settings *settings, const char *name,
+                    const char *attribute)
+{
+    return settings_origin(settings, name) == ORIGIN_HEADER &&
+           strcmp(settings->sources[index_of(name)], attribute) == 0;
 }
 
 void settings_describe_origin(const struct settings *settings, const char *name,
@@ -153,6 +162,20 @@ static void set_fact(struct reader *reader, const char *key, double value,
         set_origin(facts, key, ORIGIN_HEADER, attribute);
 }
 
+static bool fact_value(const struct reader *reader, const char *name, double *value)
+{
+    *value = number_of(&reader->facts.params, name);
+    return is_from(&reader->facts, name, ORIGIN_HEADER);
+}
+
+static void set_fact_text(struct reader *reader, const char *key, const char *text,
+                          const char *attribute)
+{
+    struct settings *facts = &reader->facts;
+    if (is_open(facts, key) && rf_params_set(&facts->params, key, text, NULL) == RF_OK)
+        set_origin(facts, key, ORIGIN_HEADER, attribute);
+}
+
 /* Attributes that other programs write: lengths in mm, the focus in metres. */
 static void read_standard_attributes(struct reader *reader)
 {
@@ -181,6 +204,72 @@ static void read_standard_attributes(struct reader *reader)
     }
 }
 
+static bool is_sensor_typed(const struct settings *settings)
+{
+    return is_typed(settings, "sensor-width") || is_typed(settings, "sensor-height") ||
+           is_typed(settings, "sensor-fit");
+}
+
+/* The width of the picture, whichever side is longer. */
+static void set_width(struct reader *reader, double width, const char *text,
+                      const char *attribute)
+{
+    if (!is_open(&reader->facts, "sensor-width"))
+        return;
+    if (text)
+        set_fact_text(reader, "sensor-width", text, attribute);
+    else
+        set_fact(reader, "sensor-width", width, attribute);
+    if (!is_sensor_typed(reader->settings))
+        set_fact(reader, "sensor-fit", RF_SENSOR_FIT_HORIZONTAL, attribute);
+}
+
+/* Keeps how wide the picture is, against which what the user typed is held. */
+static void keep_width(struct reader *reader, double width, const char *attribute)
+{
+    struct settings *settings = reader->settings;
+    if (settings->seen_width > 0)
+        return;
+    settings->seen_width = width;
+    snprintf(settings->seen_by, sizeof(settings->seen_by), "%s", attribute);
+}
+
+static void read_world_to_ndc(struct reader *reader, int part)
+{
+    static const char attribute[] = "worldToNDC";
+    int n_parts;
+    double width;
+    const struct image_part_info *parts = image_parts(reader->input, &n_parts);
+    const struct settings *known =
+        is_open(reader->settings, "focal-length") ? &reader->facts : reader->settings;
+    if (part < 0 || part >= n_parts || !is_open(&reader->facts, "focal-length-px") ||
+        !camera_facts_width(reader->input, &parts[part], &width))
+        return;
+    set_width(reader, width * known->params.focal_length, NULL, attribute);
+    keep_width(reader, width, attribute);
+}
+
+/* What the programs say that do not use the standard attributes. */
+static void read_foreign_attributes(struct reader *reader, int part)
+{
+    struct camera_fact found[CAMERA_MOST_FACTS];
+    const int n = camera_facts_read(reader->input, found);
+    for (int i = 0; i < n; i++) {
+        const struct camera_fact *fact = &found[i];
+        if (strcmp(fact->key, "sensor-width") == 0)
+            set_width(reader, fact->value, fact->text, fact->attribute);
+        else if (fact->text)
+            set_fact_text(reader, fact->key, fact->text, fact->attribute);
+        else
+            set_fact(reader, fact->key, fact->value, fact->attribute);
+    }
+    double focal, sensor;
+    if (n > 0 && fact_value(reader, "focal-length", &focal) &&
+        fact_value(reader, "sensor-width", &sensor))
+        keep_width(reader, sensor / focal, found[1].attribute);
+    read_world_to_ndc(reader, part);
+}
+
 /* ---- one fact in two parameters -------------------------------------------------- */
 
 /* The value that holds for `name`: typed, else from the header; false if neither. */
@@ -190,12 +279,6 @@ static bool known_value(const struct reader *reader, const char *name, double *v
     const struct settings *source = is_user ? reader->settings : &reader->facts;
     *value = number_of(&source->params, name);
     return is_user || is_from(&reader->facts, name, ORIGIN_HEADER);
-}
-
-static bool fact_value(const struct reader *reader, const char *name, double *value)
-{
-    *value = number_of(&reader->facts.params, name);
-    return is_from(&reader->facts, name, ORIGIN_HEADER);
 }
 
 /* Replaces a fact by what follows from the options `because`. 0 leaves it to the core.
@@ -250,12 +333,6 @@ static bool settle_lens_radius(struct reader *reader)
              has_stop ? "an f-stop" : "a focal length", typed, radius * M_SQRT2,
              radius * M_SQRT1_2);
     return false;
-}
-
-static bool is_sensor_typed(const struct settings *settings)
-{
-    return is_typed(settings, "sensor-width") || is_typed(settings, "sensor-height") ||
-           is_typed(settings, "sensor-fit");
 }
 
 /*
@@ -350,6 +427,7 @@ bool settings_read_header(struct settings *settings, const struct image_input *i
         if (!read_own_attribute(&reader, &list[i]))
             return false;
     read_standard_attributes(&reader);
+    read_foreign_attributes(&reader, part);
     int n_parts;
     const struct image_part_info *parts = image_parts(input, &n_parts);
     if (part >= 0 && part < n_parts && parts[part].pixel_aspect != 1)

@@ -28,12 +28,18 @@ struct settings {
     struct rf_params params;
     enum origin origins[SETTINGS_MAX_PARAMS]; /* in the order of rf_param_list */
     char sources[SETTINGS_MAX_PARAMS][96]; /* attribute or how it was derived; or "" */
+    double seen_width; /* of what is seen at a distance of 1, by a header; 0: unknown */
+    char seen_by[96];  /* the attribute that says so */
 };
 
 void settings_init(struct settings *settings);
 
 /* Where the parameter came from; `field` or key. */
 enum origin settings_origin(const struct settings *settings, const char *name);
+
+/* Did this attribute of the header give it? */
+bool settings_is_by(const struct settings *settings, const char *name,
+                    const char *attribute);
 
 /* "command line", "header rackfocus:fStop", "default", ... */
 void settings_describe_origin(const struct settings *settings, const char *name,

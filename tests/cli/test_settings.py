@@ -291,3 +291,152 @@ def test_data_window_keeps_the_rays(rackfocus, scene):
     cropped = json.loads(rackfocus("info", crop, "--json").stdout)
     for name in ("focal_length_px", "lens_radius", "hyperfocal_distance"):
         assert cropped["lens"][name] == pytest.approx(whole["lens"][name])
+
+
+# ---- cameras of other programs -----------------------------------------------------
+
+# As V-Ray for Maya and for 3ds Max write it: 50 mm and a film of 36 mm, of which the
+# picture shows 24 mm.
+VRAY = {
+    "cameraAperture": 36.0,
+    "cameraFNumber": 4.0,
+    "cameraFocalLength": 50.0,
+    "cameraFov": 26.991466,
+    "cameraProjection": 0,
+    "cameraTargetDistance": 65.5,
+}
+
+
+def test_the_camera_of_vray(parameters):
+    found = parameters(VRAY)
+    assert found["focal-length"] == (50, "header cameraFocalLength")
+    assert found["sensor-width"] == (pytest.approx(24), "header cameraFov")
+    assert found["sensor-fit"][0] == "horizontal"
+    assert found["f-stop"] == (4, "header cameraFNumber")
+    assert found["focus-distance"] == (65.5, "header cameraTargetDistance")
+    assert found["unit-scale"][1] == "default"
+
+
+def test_vray_with_a_camera_of_its_host(parameters):
+    """It writes neither an f-number nor a focal length, and any target."""
+    facts = {k: v for k, v in VRAY.items() if k[6:9] not in ("FNu", "Foc")}
+    found = parameters(facts)
+    assert found["focal-length"][0] == pytest.approx(75)
+    assert found["sensor-width"] == (36, "header cameraAperture")
+    assert found["focus-distance"][1] == found["f-stop"][1] == "default"
+
+
+def test_vray_that_says_nothing(parameters):
+    assert parameters({**VRAY, "cameraTargetDistance": 1e18})["focus-distance"][0] == 10
+    assert parameters({**VRAY, "cameraProjection": 1})["focal-length"][1] == "default"
+    assert parameters({**VRAY, "cameraFov": 180.0})["focal-length"][1] == "default"
+
+
+UNREAL = {
+    "unreal/camera/curPos/x": "4.5",
+    "unreal/camera/FinalImage/fstop": "2.8",
+    "unreal/camera/FinalImage/fov": "39.6",
+    "unreal/camera/FinalImage/focalDistance": "331.5",
+    "unreal/camera/FinalImage/sensorWidth": "23.76",
+    "unreal/camera/FinalImage/minFocalLength": "4.0",
+    "unreal/camera/FinalImage/focalLength": "35.0",
+    "unreal/camera/FinalImageUI/focalLength": "85.0",
+}
+
+
+@pytest.mark.parametrize("camera", ["camera", "CineCam_2"])
+def test_the_camera_of_unreal(parameters, camera):
+    facts = {k.replace("camera", camera): v for k, v in UNREAL.items()}
+    found = parameters(facts)
+    prefix = f"header unreal/{camera}/FinalImage/"
+    assert found["focal-length"] == (35, prefix + "focalLength")
+    assert found["sensor-width"] == (23.76, prefix + "sensorWidth")
+    assert found["f-stop"] == (2.8, prefix + "fstop")
+    assert found["focus-distance"] == (331.5, prefix + "focalDistance")
+    assert found["unit-scale"] == (100, prefix + "*")
+    assert parameters(facts, "--f-stop=4")["f-stop"] == (4, "command line")
+
+
+def test_a_focus_of_unreal_that_is_off(parameters):
+    facts = {**UNREAL, "unreal/camera/FinalImage/focalDistance": "0.0"}
+    assert parameters(facts)["focus-distance"][1] == "default"
+
+
+# A render of Houdini: 50 mm and its film of 41.4214 mm, 1280 x 720 px.
+HOUDINI = {
+    "worldToCamera": (
+        *(-0.243232, -0.429738, -0.869577, 0),
+        *(-4.55991e-08, 0.8965, -0.443043, 0),
+        *(-0.969968, 0.107762, 0.218058, 0),
+        *(-0.49336, -0.356619, 6.48486, 1),
+    ),
+    "worldToNDC": (
+        *(-0.587216, -1.84441, -8.69577e-05, 0.869577),
+        *(-1.10086e-07, 3.84773, -4.43043e-05, 0.443043),
+        *(-2.34172, 0.462509, 2.18058e-05, -0.218058),
+        *(-1.19108, -1.53059, 0.000648386, -6.48486),
+    ),
+}
+
+
+def ndc_from_0_to_1(matrix):
+    """x and y of the rows to x / 2 + w / 2, as RenderMan counts them."""
+    rows = numpy.reshape(matrix, (4, 4)).copy()
+    rows[:, :2] = rows[:, :2] / 2 + rows[:, 3:] / 2
+    return tuple(rows.ravel())
+
+
+@pytest.mark.parametrize("change", [lambda m: m, ndc_from_0_to_1])
+def test_the_sensor_by_world_to_ndc(parameters, change):
+    facts = {**HOUDINI, "worldToNDC": change(HOUDINI["worldToNDC"])}
+    found = parameters(facts, size=(64, 36))
+    assert found["focal-length"] == (50, "default")
+    assert found["sensor-width"] == (
+        pytest.approx(41.4214, rel=1e-4),
+        "header worldToNDC",
+    )
+    assert found["sensor-fit"][0] == "horizontal"
+    found = parameters(facts, "--focal-length=100", size=(64, 36))
+    assert found["sensor-width"][0] == pytest.approx(82.8428, rel=1e-4)
+    found = parameters(facts, "--sensor-width=36", size=(64, 36))
+    assert found["sensor-width"] == (36, "command line")
+    assert found["sensor-fit"] == ("auto", "default")
+
+
+def test_world_to_ndc_of_another_picture(parameters):
+    """That of a square, of an orthographic camera, of a matrix without an inverse."""
+    ortho = (*(0.2, 0, 0, 0), *(0, 0.3, 0, 0), *(0, 0, 1, 0), *(0, 0, 0, 1))
+    flat = {**HOUDINI, "worldToCamera": (0.0,) * 16}
+    for facts in (flat, {**HOUDINI, "worldToNDC": tuple(map(float, ortho))}):
+        assert parameters(facts, size=(64, 36))["sensor-width"][1] == "default"
+    assert parameters(HOUDINI, size=(48, 48))["sensor-width"][1] == "default"
+
+
+def test_own_angle_before_world_to_ndc(parameters):
+    facts = {**HOUDINI, "rackfocus:focalLengthPx": 100.0}
+    assert parameters(facts, size=(64, 36))["sensor-width"][1] == "default"
+
+
+def test_another_angle_of_view_is_warned_of(rackfocus, scene, tmp_path):
+    """Nothing else tells: 26 dB where the right one has 36."""
+    path = scene(attributes=HOUDINI, size=(64, 36))
+    lens = ["-o", tmp_path / "out.exr", "--f-stop", "2", "--focus-distance", "6"]
+    for wrong in (["--sensor-width", "36"], ["--focal-length-px", "90"]):
+        done = rackfocus("filter", path, *lens, *wrong)
+        assert "by worldToNDC of its header 0.8284" in done.stderr
+        assert "say --sensor-width 41.42" in done.stderr
+    for right in (["--sensor-width", "41.2"], ["--focal-length", "85"], []):
+        assert "side by side" not in rackfocus("filter", path, *lens, *right).stderr
+    vray = scene("vray.exr", attributes=VRAY)
+    done = rackfocus("filter", vray, *lens, "--focal-length", "85")
+    assert "by cameraFov of its header 0.48" in done.stderr
+
+
+def test_a_target_for_a_focus_is_told(rackfocus, scene, tmp_path):
+    lens = ["-o", tmp_path / "out.exr", "--unit-scale", "100"]
+    path = scene(attributes={**VRAY, "cameraTargetDistance": 6.0})
+    done = rackfocus("filter", path, *lens)
+    assert "the focus is at the camera's target, 6 away" in done.stderr
+    assert "all of the camera" not in done.stderr
+    done = rackfocus("filter", path, *lens, "--focus-distance", "6")
+    assert done.stderr.count("warning") == 0
