@@ -288,14 +288,46 @@ static const struct image_box *depth_window(const struct source *source)
     return &image_parts(source->depth, &n)[part].data_window;
 }
 
+static bool covers(const struct image_box *box, const struct image_box *inner)
+{
+    return box->min_x <= inner->min_x && box->min_y <= inner->min_y &&
+           box->max_x >= inner->max_x && box->max_y >= inner->max_y;
+}
+
+/* A depth that was cropped to where something is, in a display window that is all of the
+ * colour. */
+static bool fail_cropped(const struct source *source, struct image_error *error)
+{
+    int n, n_parts;
+    const int part = image_channels(source->depth, &n)[source->z].part;
+    image_parts(source->depth, &n_parts);
+    const struct image_box *depth = depth_window(source);
+    const char *path = image_path(source->depth);
+    char subimage[40] = "";
+    if (n_parts > 1)
+        snprintf(subimage, sizeof(subimage), " --subimage %d", part);
+    return set_error(error,
+                     "%s: the depth is cropped to (%d, %d) to (%d, %d), the colour in "
+                     "%s is not; where nothing was hit beyond, make it 0 there: "
+                     "oiiotool %s%s --croptofull -d float -o depth.exr, and say "
+                     "--depth-file depth.exr",
+                     path, depth->min_x, depth->min_y, depth->max_x, depth->max_y,
+                     image_path(source->colour), path, subimage);
+}
+
 /* The depth must cover the colour; an overscan of it is of no use and no harm. */
 static bool check_windows(const struct source *source, struct image_error *error)
 {
+    int n;
     const struct image_box *depth = depth_window(source);
     const struct image_box *colour = &source->info.data_window;
-    if (depth->min_x <= colour->min_x && depth->min_y <= colour->min_y &&
-        depth->max_x >= colour->max_x && depth->max_y >= colour->max_y)
+    const int part = image_channels(source->depth, &n)[source->z].part;
+    const struct image_box *display =
+        &image_parts(source->depth, &n)[part].display_window;
+    if (covers(depth, colour))
         return true;
+    if (covers(display, colour) && covers(display, depth))
+        return fail_cropped(source, error);
     const int32_t width = depth->max_x - depth->min_x + 1;
     const int32_t height = depth->max_y - depth->min_y + 1;
     if (width != source->width || height != source->height)

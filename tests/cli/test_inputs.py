@@ -145,6 +145,17 @@ def test_depth_with_overscan(both, rackfocus, scene, tmp_path):
     assert "render both in one size" in done.stderr
 
 
+def test_a_depth_that_is_cropped_to_what_is_seen(rackfocus, scene, tmp_path):
+    """As Arnold's and Redshift's autocrop and Nuke's bounding boxes make it."""
+    whole = plainexr.read(scene("whole.exr"))[0]
+    colour = plainexr.write(tmp_path / "colour.exr", {n: whole[n] for n in "RGB"})
+    window = {"data": (6, 4, 41, 27), "display": (0, 0, 47, 31)}
+    cut = plainexr.write(tmp_path / "z.exr", {"Z": whole["Z"][4:28, 6:42]}, **window)
+    done = rackfocus("filter", colour, cut, "-o", tmp_path / "o.exr", code=1)
+    assert "the depth is cropped to (6, 4) to (41, 27)" in done.stderr
+    assert f"oiiotool {cut} --croptofull -d float -o depth.exr" in done.stderr
+
+
 @pytest.mark.parametrize("compression", ["zip", "piz"])
 def test_mip_map(both, tmp_path, compression):
     """Of tiles with levels the full one is the picture."""
