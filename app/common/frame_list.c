@@ -9,6 +9,7 @@
 #include <strings.h>
 
 #include "common/report.h"
+#include "file.h"
 #include "folder.h"
 #include "path.h"
 #include "rackfocus/rackfocus.h"
@@ -228,14 +229,19 @@ static bool is_run(const char *at, struct place *place)
     return n > 0;
 }
 
+/* A place for a number that begins here; false where none does. */
+static bool is_place(const char *at, struct place *place)
+{
+    return is_run(at, place) || is_percent(at, place) || is_dollar(at, place);
+}
+
 /* The last place for a number in the last part of a path; false where there is none. */
 static bool find_place(const char *pattern, struct place *place)
 {
     bool is_found = false;
     for (const char *at = os_path_name(pattern); *at;) {
         struct place next;
-        const bool is_next =
-            is_run(at, &next) || is_percent(at, &next) || is_dollar(at, &next);
+        const bool is_next = is_place(at, &next);
         if (is_next)
             *place = next;
         is_found |= is_next;
@@ -248,6 +254,40 @@ bool frame_is_pattern(const char *name)
 {
     struct place place;
     return find_place(name, &place);
+}
+
+/* The name with a star for each number. */
+static void write_glob(const char *name, char *glob, size_t n_bytes)
+{
+    size_t n = 0;
+    for (const char *at = name; *at && n + 1 < n_bytes; n++) {
+        struct place place;
+        const bool is_number = is_place(at, &place);
+        glob[n] = is_number ? '*' : *at;
+        at = is_number ? place.end : at + 1;
+    }
+    glob[n] = '\0';
+}
+
+bool frame_is_in_folder(const char *name, char *links, size_t n_bytes)
+{
+    const char *const last = os_path_name(name), *const dot = strrchr(last, '.');
+    const char *at = name;
+    struct place place;
+    char glob[1024];
+    while (at < last && !is_place(at, &place))
+        at++;
+    snprintf(glob, sizeof(glob), "%.*s", (int)(last - name), name);
+    if (at >= last || os_file_facts(glob).kind != OS_FILE_NONE)
+        return false;
+    const int n_before = (int)(at - name), n_after = (int)strcspn(place.end, "/");
+    write_glob(name, glob, sizeof(glob));
+    snprintf(
+        links, n_bytes,
+        "for f in %s; do n=${f#%.*s}; ln -s \"$PWD/$f\" \"frame.${n%%%%%.*s/*}%s\"; "
+        "done",
+        glob, n_before, name, n_after, place.end, dot ? dot : "");
+    return true;
 }
 
 /* Length of "@@@@" at the beginning; one alone may be part of a name. */

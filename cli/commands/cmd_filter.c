@@ -324,6 +324,12 @@ static bool check_globs(const struct operands *operands)
         const char *name = operands->items[i], *star = strpbrk(name, "*?[");
         if (os_file_facts(name).kind != OS_FILE_NONE)
             continue;
+        if (frame_is_in_folder(name, pattern, sizeof(pattern))) {
+            message("%s: the number of a frame is looked for in the name of its file, "
+                    "not of a folder; link the files side by side: %s",
+                    name, pattern);
+            return false;
+        }
         if (frame_guess_foreign(name, pattern, sizeof(pattern))) {
             message("%s: there is no such file; the number of a sequence's frames is "
                     "written with #, and which they are by --frames: '%s'",

@@ -203,6 +203,34 @@ def test_names_of_other_programs(run, scene, tmp_path, mark):
     assert (tmp_path / "out.0008.exr").exists() and (tmp_path / "out.0012.exr").exists()
 
 
+@pytest.mark.parametrize("name", ["b.exr", "b.####.exr"])
+@pytest.mark.parametrize("folder", ["####", "v1_%04d_x"])
+def test_numbers_of_folders(run, scene, tmp_path, folder, name):
+    """The command that is named makes a sequence of them."""
+    pattern = f"in/{folder}/{name}"
+    for i in (8, 12):
+        path = tmp_path / pattern.replace("####", f"{i:04d}").replace(
+            "%04d", f"{i:04d}"
+        )
+        path.parent.mkdir(parents=True)
+        pathlib.Path(scene()).rename(path)
+    for out in ("out.####.exr", "out.exr"):
+        done = run(pattern, name=out, code=2, cwd=tmp_path)
+        assert f"{pattern}: the number of a frame is looked for" in done.stderr
+    links = done.stderr.split("side by side: ")[1]
+    subprocess.run(["sh", "-e", "-c", links], cwd=tmp_path, check=True)
+    done = run(tmp_path / "frame.####.exr", name="out.####.exr")
+    assert "2 frames: 2 filtered" in done.stdout
+
+
+def test_a_folder_with_a_number_sign(run, scene, tmp_path):
+    """C# and the like are no frames."""
+    (tmp_path / "take #2").mkdir()
+    pathlib.Path(scene()).rename(tmp_path / "take #2" / "shot.0001.exr")
+    done = run(tmp_path / "take #2" / "shot.####.exr", name="out.####.exr")
+    assert "1 frame: 1 filtered" in done.stdout
+
+
 @pytest.mark.parametrize(
     "mark",
     [
