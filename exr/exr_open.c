@@ -119,7 +119,8 @@ static bool fail_kind(const struct image_input *input, const unsigned char magic
         return image_fail(
             error, input->path,
             "is %s; colour and depth are read from OpenEXR files, as renderers write "
-            "them; of a depth map make one: oiiotool FILE -d float -o depth.exr",
+            "them; of a depth map make one: oiiotool FILE -d float -o depth.exr, of a "
+            "picture: oiiotool FILE --colorconvert sRGB linear -d half -o colour.exr",
             others[i].name);
     }
     return image_fail(error, input->path, "is not an OpenEXR file");

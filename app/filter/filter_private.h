@@ -127,6 +127,9 @@ void filter_measure_radii(struct run *run);
 /* A focus or an aperture that nobody gave: says what was taken and what it does. */
 int filter_warn_defaults(const struct run *run);
 
+/* A picture that is no linear light, by its header. */
+int filter_warn_coded(const struct run *run);
+
 /* V-Ray's focus distance is that of the camera's target: a guess. */
 int filter_warn_target(const struct run *run);
 

@@ -247,6 +247,15 @@ int filter_warn_environment(const struct run *run)
                     image_path(run->source.colour), text);
 }
 
+int filter_warn_coded(const struct run *run)
+{
+    char text[500];
+    if (!source_is_coded(&run->source, text, sizeof(text)))
+        return APP_DONE;
+    return app_warn(run->tool->host, run->error, "%s: %s",
+                    image_path(run->source.colour), text);
+}
+
 /* Methods whose steps are as long along columns as along rows. */
 static bool is_blind_to_aspect(int32_t method)
 {

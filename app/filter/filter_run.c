@@ -307,6 +307,8 @@ static int read_facts(struct run *run)
         code = filter_warn_window(run);
     if (code == APP_DONE)
         code = filter_warn_environment(run);
+    if (code == APP_DONE)
+        code = filter_warn_coded(run);
     return code == APP_DONE ? filter_warn_layers(run) : code;
 }
 

@@ -17,6 +17,7 @@
 #include "folder.h"
 #include "interrupt.h"
 #include "leftovers.h"
+#include "sources/alpha.h"
 #include "sources/picture.h"
 #include "sources/settings.h"
 #include "sources/source.h"
@@ -265,6 +266,28 @@ static void find_white(struct finish *f)
                                            : white_round(f->settings->params.white));
 }
 
+/* An own picture that is no light, or whose soft rims are as bright as its things. */
+static int warn_own(struct finish *f)
+{
+    char text[500];
+    const char *path = image_path(f->own.colour);
+    const size_t width = (size_t)f->own.width;
+    struct alpha_tally tally = {0};
+    int code = source_is_coded(&f->own, text, sizeof(text))
+                   ? app_warn(f->tool->host, f->error, "%s: %s", path, text)
+                   : APP_DONE;
+    for (size_t y = 0; f->own.n_channels == 4 && y < (size_t)f->own.height; y++)
+        alpha_tally_add(&tally, f->samples + 4 * width * y, width);
+    if (code == APP_DONE && alpha_is_straight(&tally))
+        code = app_warn(f->tool->host, f->error,
+                        "%s: rims of things are as bright as what is within, whatever "
+                        "their alpha: the colour is not multiplied by alpha (straight, "
+                        "unassociated), and rims come out too bright; multiply it "
+                        "first: oiiotool FILE --ch R,G,B,A --premult -o colour.exr",
+                        path);
+    return code;
+}
+
 static int read_own(struct finish *f, const char *path)
 {
     struct render own = {.source = &f->own,
@@ -278,6 +301,8 @@ static int read_own(struct finish *f, const char *path)
     if (!f->rgb)
         return APP_NO_MEMORY;
     code = find_rgb(f, path, f->samples, f->rgb);
+    if (code == APP_DONE)
+        code = warn_own(f);
     if (code == APP_DONE)
         find_white(f);
     return code == APP_DONE && f->tool->half ? read_half(f, f->tool->half) : code;

@@ -430,11 +430,45 @@ bool source_is_environment(const struct source *source, char *text, size_t n_byt
     return true;
 }
 
+/* Names of OpenEXR (srgb_rec709_scene), OpenImageIO (sRGB, Gamma2.2) and OpenColorIO
+ * ("Utility - sRGB - Texture"); those of light have "lin" in them, or none of these. */
+static bool is_coded(const char *space)
+{
+    static const char *const words[] = {"srgb",   "g18_",   "g22_",   "g24_",
+                                        "gamma",  "rec709", "acescc", "logc",
+                                        "cineon", "slog",   "bt1886"};
+    bool is_found = false;
+    for (size_t i = 0; i < sizeof(words) / sizeof(words[0]); i++)
+        is_found |= strcasestr(space, words[i]) != NULL;
+    return is_found && !strcasestr(space, "lin");
+}
+
+bool source_is_coded(const struct source *source, char *text, size_t n_bytes)
+{
+    static const char *const names[] = {"colorInteropID", "oiio:ColorSpace"};
+    for (size_t i = 0; i < sizeof(names) / sizeof(names[0]); i++) {
+        const char *space;
+        if (!image_attribute_string(source->colour, names[i], &space) ||
+            !is_coded(space))
+            continue;
+        snprintf(
+            text, n_bytes,
+            "is not linear light, by %s %.80s in its header, but is blurred as if "
+            "it were, and what is bright comes out too dark; make it linear first: "
+            "oiiotool FILE --ch R,G,B --colorconvert sRGB linear -d half -o "
+            "linear.exr",
+            names[i], space);
+        return true;
+    }
+    return false;
+}
+
 void source_say_doubts(const struct source *source,
                        void (*say)(void *user, const char *text), void *user)
 {
-    static bool (*const doubts[])(const struct source *, char *, size_t) = {
-        source_was_filtered, source_is_environment, source_is_doubtful};
+    static bool (*const doubts[])(const struct source *, char *,
+                                  size_t) = {source_was_filtered, source_is_environment,
+                                             source_is_coded, source_is_doubtful};
     char why[500], text[600];
     for (size_t i = 0; i < sizeof(doubts) / sizeof(doubts[0]); i++) {
         if (!doubts[i](source, why, sizeof(why)))

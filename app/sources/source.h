@@ -67,7 +67,10 @@ bool source_was_filtered(const struct source *source, char *text, size_t n_bytes
 /* Is the colour an environment map, which no lens takes? Says so into `text`. */
 bool source_is_environment(const struct source *source, char *text, size_t n_bytes);
 
-/* Says all of these three that hold, "the picture is ...". */
+/* Is the colour coded for a screen or a film, by its header? Says so into `text`. */
+bool source_is_coded(const struct source *source, char *text, size_t n_bytes);
+
+/* Says all of these four that hold, "the picture is ...". */
 void source_say_doubts(const struct source *source,
                        void (*say)(void *user, const char *text), void *user);
 

@@ -2,6 +2,8 @@
 """Colour that is not multiplied by alpha: warned of with what to type, and never where
 it is, nor before a sky that is seen where alpha is 0."""
 
+import os
+
 import numpy
 import OpenImageIO
 import plainexr
@@ -101,3 +103,23 @@ def test_the_command_that_is_named_mends_it(rackfocus, said, tmp_path):
     assert "unassociated" not in done.stderr
     found = plainexr.read(tmp_path / "o.exr")[0]
     assert max(abs(found[n] - wanted[n]).max() for n in "RGBA") < 1e-3
+
+
+def test_the_own_lens_of_finish(rackfocus, tmp_path):
+    """Blurred rims are wide: straight, or coded for a screen, is said before the work."""
+    alpha, colours, _ = discs(15)
+    black = {n: numpy.where(alpha > 0, v, 0) for n, v in colours.items()}
+    coded = {"colorInteropID": "srgb_rec709_scene"}
+    for own, attributes, said in (
+        (black, {}, "multiply it first: oiiotool FILE --ch R,G,B,A --premult"),
+        (multiplied(colours, alpha), coded, "own.exr: is not linear light"),
+        (multiplied(colours, alpha), {}, None),
+    ):
+        channels = {n: v.astype("f4") for n, v in (own | {"A": alpha}).items()}
+        path = plainexr.write(tmp_path / "own.exr", channels, attributes)
+        done = rackfocus(
+            *("finish", path, "-o", tmp_path / "o.exr"),
+            code=1,
+            env=os.environ | {"RACKFOCUS_OIDN": str(tmp_path)},
+        )
+        assert said in done.stderr if said else done.stderr.count("warning") == 1

@@ -133,6 +133,29 @@ def test_environment_maps_are_warned_of(run, rackfocus, scene, kind, where):
     assert facts["files"][0]["parts"][0]["environment"] == name
 
 
+@pytest.mark.parametrize(
+    "space, is_coded",
+    [
+        ("srgb_rec709_scene", True),  # what OpenImageIO 3 makes of a PNG file
+        ("sRGB", True),  # OpenImageIO 2
+        ("g22_rec709_scene", True),
+        ("Utility - sRGB - Texture", True),
+        ("lin_rec709_scene", False),
+        ("Linear Rec.709 (sRGB)", False),
+        ("ACEScg", False),
+        ("scene_linear", False),
+        ("data", False),
+    ],
+)
+@pytest.mark.parametrize("name", ["colorInteropID", "oiio:ColorSpace"])
+def test_what_is_coded_for_a_screen_is_no_light(run, scene, name, space, is_coded):
+    """plane: 35.9 dB where its light has 45.7."""
+    told = run(scene(attributes={name: space})).stderr
+    assert (f"is not linear light, by {name} {space} in its header" in told) == is_coded
+    if is_coded:
+        run(scene(attributes={name: space}), "--strict", code=1)
+
+
 # ---- the camera ----------------------------------------------------------------------
 
 
