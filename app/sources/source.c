@@ -190,6 +190,32 @@ static bool open_second(struct source *source, const struct source_request *requ
     return true;
 }
 
+/*
+ * Is the depth, Back.Depth.Z, that of another layer than the colour, Fore.Combined.R, with
+ * a picture of the same kind, Back.Combined.R? A layer that is there for its data, without
+ * one, has the depth of all.
+ */
+static bool is_of_other_layer(const struct source *source)
+{
+    int n;
+    char other[256];
+    const struct image_channel_info *channels = image_channels(source->colour, &n);
+    if (source->layer.r < 0)
+        return false;
+    const char *colour = channels[source->layer.r].name;
+    const char *depth = channels[source->layer.z].name;
+    const size_t n_colour = strcspn(colour, "."), n_depth = strcspn(depth, ".");
+    if (!strchr(colour, '.') || strchr(colour, '.') == strrchr(colour, '.') ||
+        depth[n_depth] != '.' ||
+        (n_colour == n_depth && strncmp(colour, depth, n_colour) == 0))
+        return false;
+    snprintf(other, sizeof(other), "%.*s%s", (int)n_depth, depth, colour + n_colour);
+    for (int c = 0; c < n; c++)
+        if (strcmp(channels[c].name, other) == 0)
+            return true;
+    return false;
+}
+
 /* Depth: --depth-file, else the second file, else the colour's own. */
 static bool find_depth(struct source *source, const struct source_request *request,
                        struct image_error *error)
@@ -203,6 +229,7 @@ static bool find_depth(struct source *source, const struct source_request *reque
         source->z = source->layer.z;
         source->z_rival = source->layer.z_rival;
         source->is_rival_weak = source->layer.is_rival_weak;
+        source->is_of_other = !request->depth_channel && is_of_other_layer(source);
     }
     return true;
 }
@@ -481,13 +508,19 @@ void source_say_doubts(const struct source *source,
 bool source_explains_depth(const struct source *source, char *text, size_t n_bytes)
 {
     int n;
-    if (!source->is_red)
+    if (!source->is_red && !source->is_of_other)
         return false;
     const char *name = image_channels(source->depth, &n)[source->z].name;
-    snprintf(text, n_bytes,
-             "is taken from %s of a picture whose red, green and blue are equal; "
-             "--depth-channel %s says that it is meant",
-             name, name);
+    if (source->is_red)
+        snprintf(text, n_bytes,
+                 "is taken from %s of a picture whose red, green and blue are equal; "
+                 "--depth-channel %s says that it is meant",
+                 name, name);
+    else
+        snprintf(text, n_bytes,
+                 "is %s, of another layer with a picture of its own: %s has none; "
+                 "render it with its depth, or say --depth-channel %s if that is meant",
+                 name, source->layer.name, name);
     return true;
 }
 

@@ -28,8 +28,9 @@ struct source {
     int z;                     /* channel of `depth`, -1: none */
     int z_rival;               /* another that may be meant as well, -1: none */
     bool is_rival_weak;        /* as of image_layer */
-    bool is_red; /* z is the red of a --depth-file whose colours are equal */
-    int part;    /* of the colour, else of the depth */
+    bool is_red;      /* z is the red of a --depth-file whose colours are equal */
+    bool is_of_other; /* z is of another layer than the colour, with its own picture */
+    int part;         /* of the colour, else of the depth */
     struct image_part_info info; /* of that part */
     int32_t width, height;       /* of its data window */
     int n_channels;              /* of the colour: 1 grey, 3 RGB, 4 RGBA */

@@ -378,3 +378,28 @@ def test_a_sequence_with_gaps(rackfocus, tmp_path):
     assert made == [f"o.{frame:04d}.exr" for frame in (1, 2, 5, 7)]
     done = rackfocus("filter", *names, "--frames", "1-2,5-7x2", *LENS)
     assert "4 frames: 0 filtered, 4 skipped, 0 failed" in done.stdout
+
+
+def test_the_depth_of_another_layer(rackfocus, tmp_path):
+    """Blender's view layers, of which one was rendered without Z."""
+    plain = picture()
+    depth = {"Back.Depth.Z": plain["Z"]}
+    back = {f"Back.Combined.{c}": plain[c] for c in "RGB"}
+    fore = {f"Fore.Combined.{c}": plain[c] for c in "RGB"}
+    own = {"Fore.Depth.Z": plain["Z"]}
+    said = "the depth is Back.Depth.Z, of another layer with a picture of its own: "
+    out = ["-o", tmp_path / "o.exr", *LENS]
+    for channels, layer, is_said in (
+        (back | fore | depth, "Fore.Combined", True),
+        (back | fore | depth, "Back.Combined", False),
+        (back | fore | depth | own, "Fore.Combined", False),
+        (fore | depth, "Fore.Combined", False),  # a layer of data
+    ):
+        path = plainexr.write(tmp_path / "in.exr", channels)
+        done = rackfocus("filter", path, *out, "--layer", layer)
+        assert (said + "Fore.Combined has none" in done.stderr) == is_said
+    path = plainexr.write(tmp_path / "in.exr", back | fore | depth)
+    meant = ["--layer", "Fore.Combined", "--depth-channel", "Back.Depth.Z"]
+    assert "another layer" not in rackfocus("filter", path, *out, *meant).stderr
+    told = rackfocus("info", path, "--layer", "Fore.Combined").stdout
+    assert "of another layer with a picture" in told
