@@ -314,6 +314,26 @@ static int warn_straight(const struct run *run)
                     image_path(run->source.colour), way_out);
 }
 
+/* ---- place ------------------------------------------------------------------------ */
+
+static int warn_turned(const struct run *run)
+{
+    static const char *const words[] = {"", "upside down", "mirrored",
+                                        "upside down and mirrored"};
+    static const char *const ways[] = {"", "--flip", "--flop", "--rotate180"};
+    const enum depth_turn turn = depth_fit_turn(&run->fit);
+    const double n = (double)run->fit.n / 100;
+    const char *path = image_path(run->source.depth);
+    if (turn == DEPTH_UPRIGHT || run->tool->scene)
+        return APP_DONE;
+    return app_warn(run->tool->host, run->error,
+                    "%s: the depth lies %s: of its steps %.0f %% are at edges of the "
+                    "picture, turned back %.0f %%; turn it: oiiotool %s %s -d float -o "
+                    "depth.exr, and say --depth-file depth.exr",
+                    path, words[turn], (double)run->fit.n_edges[DEPTH_UPRIGHT] / n,
+                    (double)run->fit.n_edges[turn] / n, path, ways[turn]);
+}
+
 int filter_warn_doubts(struct run *run)
 {
     int code = APP_DONE;
@@ -321,6 +341,8 @@ int filter_warn_doubts(struct run *run)
         count(run);
         code = run->doubts ? warn_veils(run) : APP_DONE;
     }
+    if (code == APP_DONE && run->doubts)
+        code = warn_turned(run);
     if (code == APP_DONE && run->doubts)
         code = warn_straight(run);
     if (code == APP_DONE && run->doubts)

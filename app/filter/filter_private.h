@@ -11,6 +11,7 @@
 #include "sources/deep.h"
 #include "sources/alpha.h"
 #include "sources/depth_doubts.h"
+#include "sources/depth_fit.h"
 #include "sources/depth_repair.h"
 #include "sources/settings.h"
 #include "sources/source.h"
@@ -49,6 +50,7 @@ struct run {
     struct depth_numbers numbers; /* of the first view */
     struct doubts_tally *doubts;  /* NULL: nobody hears of them, or they were told */
     struct alpha_tally alpha;     /* of the first view, where there are doubts */
+    struct depth_fit fit;         /* likewise, of a picture in memory */
     double shared_views; /* that show a pixel the same, on average; 0: nobody asked */
 };
 

@@ -356,6 +356,10 @@ void filter_measure_radii(struct run *run)
             run->most_radius = fmax(run->most_radius, radii[i]);
         }
         run->largest_radius = fmax(fabs(run->least_radius), fabs(run->most_radius));
+        if (!run->is_deep && run->colour)
+            depth_fit_find(&run->fit, &(struct depth_fit_picture){
+                                          run->colour, radii, source->n_channels,
+                                          source->width, source->height});
     }
     free(radii);
 }

@@ -1,0 +1,76 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A depth that does not lie on its picture: told with the way it is to be turned."""
+
+import numpy
+import plainexr
+import pytest
+
+LENS = ["--focus-distance", "5", "--lens-radius", "0.05", "--focal-length-px", "200"]
+TURNS = {
+    "upside down": ("--flip", lambda a: a[::-1]),
+    "mirrored": ("--flop", lambda a: a[:, ::-1]),
+    "upside down and mirrored": ("--rotate180", lambda a: a[::-1, ::-1]),
+}
+
+
+@pytest.fixture
+def passes():
+    """Stones on the ground before a wall, with grain; colours and depth."""
+    width, height = 200, 140
+    y, x = numpy.mgrid[0:height, 0:width] + 0.5
+    random = numpy.random.default_rng(5)
+    z = numpy.where(y > 60, 12 * 60 / (y + 40), 8)
+    colour = numpy.stack([0.3 + 0.2 * numpy.sin(x / 3 + i) for i in range(3)])
+    for _ in range(40):
+        at, radius = random.uniform(0, 1, 2) * (width, height), random.uniform(5, 12)
+        is_inside = numpy.hypot(x - at[0], y - at[1]) < radius
+        z[is_inside] = random.uniform(2, 6)
+        colour[:, is_inside] = random.uniform(0.05, 1, 3)[:, None]
+    colour *= numpy.exp(0.1 * random.standard_normal(colour.shape))
+    return dict(zip("RGB", colour.astype("f4"), strict=True)), z.astype("f4")
+
+
+@pytest.fixture
+def told(rackfocus, tmp_path):
+    def run(channels, *options, code=0):
+        path = plainexr.write(tmp_path / "in.exr", channels)
+        out = tmp_path / "o.exr"
+        return rackfocus("filter", path, "-o", out, *LENS, *options, code=code).stderr
+
+    return run
+
+
+@pytest.mark.parametrize("how", TURNS)
+def test_turned_depth(told, passes, how):
+    colour, z = passes
+    option, turn = TURNS[how]
+    said = told(colour | {"Z": turn(z)})
+    assert f"in.exr: the depth lies {how}: of its steps " in said
+    assert f"in.exr {option} -d float -o depth.exr" in said
+    assert said.count("warning") == 1
+    told(colour | {"Z": turn(z)}, "--strict", code=1)
+
+
+@pytest.mark.parametrize("kind", ["planar", "inverse", "normalised"])
+def test_it_is_told_of_any_kind(told, passes, kind):
+    colour, z = passes
+    numbers = {"planar": z, "inverse": 1 / z, "normalised": (z - 1) / 14}[kind]
+    options = ["--depth", kind, "--depth-near", "1", "--depth-far", "15"]
+    options = options if kind == "normalised" else options[:2]
+    assert "lies upside down" in told(colour | {"Z": numbers[::-1]}, *options)
+    assert "the depth lies" not in told(colour | {"Z": numbers}, *options)
+
+
+def test_what_lies_right_is_not_told(told, passes):
+    """Nor a scene that is the same from both sides, nor a few steps."""
+    colour, z = passes
+    assert told(colour | {"Z": z}) == ""
+    both = {n: numpy.vstack([v, v[::-1]]) for n, v in colour.items()}
+    assert told(both | {"Z": numpy.vstack([z, z[::-1]])}) == ""
+    few = numpy.where(numpy.arange(200) < 60, 3, 8) + 0 * z
+    assert "the depth lies" not in told(colour | {"Z": few.astype("f4")})
+
+
+def test_a_grey_picture(told, passes):
+    colour, z = passes
+    assert "lies upside down" in told({"Y": colour["G"], "Z": z[::-1]})
