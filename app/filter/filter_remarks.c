@@ -326,11 +326,11 @@ static bool is_lens_missing(const struct run *run)
     return is_missing(run, "focus-distance") || is_missing(run, "f-stop");
 }
 
-/* Is there anybody to hear of it? */
+/* Is there anybody to hear of it? Quiet and strict is a warning that ends the run. */
 static bool is_heard(const struct run *run)
 {
     const struct app_host *host = run->tool->host;
-    return host && (host->say || (host->warn && is_lens_missing(run)));
+    return host && (host->say || host->warn);
 }
 
 void filter_measure_radii(struct run *run)

@@ -176,6 +176,16 @@ def test_values_that_nobody_gave_are_named(run, scene):
     assert run(path, lens=[], code=1, *["--strict"]).returncode == 1
 
 
+@pytest.mark.parametrize("quiet", [[], ["-q"]])
+def test_strict_and_quiet_is_strict(run, scene, tmp_path, quiet):
+    """Nobody hears of the radii, but a warning about them ends the run."""
+    tiny = ["--focus-distance", "6", "--f-stop", "8", "--focal-length", "9"]
+    for lens, part in ((tiny, "next to nothing"), ([*LENS, "--max-radius", "0"], None)):
+        done = run(scene(), *quiet, "--strict", lens=lens, code=1 if part else 0)
+        assert part in done.stderr if part else done.stderr == ""
+        assert (tmp_path / "out.exr").exists() == (part is None)
+
+
 def test_one_line_says_what_was_done(run, scene, tmp_path):
     done = run(scene(), "--method", "scatter")
     line = done.stdout.splitlines()
