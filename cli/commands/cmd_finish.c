@@ -13,7 +13,7 @@
 struct options {
     struct finish_options finish;
     const char *guide;
-    bool is_quiet;
+    bool is_quiet, is_strict;
 };
 
 #define AT(member) offsetof(struct options, finish.member)
@@ -39,6 +39,7 @@ static const struct option options[] = {
                       "Bits per sample of the PNG file: 8 or 16. [default 8]"),
     OPTION_THREADS_ROW(AT(n_threads)),
     OPTION_QUIET_ROW(offsetof(struct options, is_quiet)),
+    OPTION_STRICT_ROW(offsetof(struct options, is_strict)),
     OPTION_HELP_ROW,
 };
 
@@ -71,7 +72,7 @@ static int run(struct options *all, struct settings *settings,
     struct cli_host host;
     char *guide[] = {(char *)all->guide};
     const bool has_one = all->guide != NULL;
-    all->finish.host = cli_host_open(&host, all->is_quiet, false);
+    all->finish.host = cli_host_open(&host, all->is_quiet, all->is_strict);
     return finish_run(&all->finish, settings, operands->items[0],
                       has_one ? guide : operands->items + 1,
                       has_one ? 1 : operands->n - 1, error);

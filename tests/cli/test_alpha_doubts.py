@@ -123,3 +123,6 @@ def test_the_own_lens_of_finish(rackfocus, tmp_path):
             env=os.environ | {"RACKFOCUS_OIDN": str(tmp_path)},
         )
         assert said in done.stderr if said else done.stderr.count("warning") == 1
+        strict = rackfocus("finish", path, "-o", tmp_path / "o.exr", "--strict", code=1)
+        assert "warning" not in strict.stderr
+        assert (said or "has no albedo and no guide") in strict.stderr
