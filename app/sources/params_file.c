@@ -35,7 +35,12 @@ static bool read_line(const char *path, int number, char *line,
                          "stands between it and its value, as in 'f-stop 2.8'",
                          path, number, key, other);
     const struct rf_param_info *info = rf_param_find(key);
-    if (n < 2 || !info)
+    if (n > 1 && !info)
+        return set_error(error,
+                         "%s:%d: there is no parameter '%s' (of another version, or "
+                         "misspelt?); rackfocus help filter lists them",
+                         path, number, key);
+    if (n < 2)
         return set_error(
             error, "%s:%d: '%s' is not a parameter and its value, such as 'f-stop 2.8'",
             path, number, key);
