@@ -36,8 +36,8 @@ void frame_list_free(struct frame_list *list);
  * programs write it, %04d (Nuke) or $F4 (Houdini)? */
 bool frame_is_pattern(const char *name);
 
-/* Has a folder of a path, which there is not, such a place? Then also the command of a shell that links the
- * files side by side, as frame.####. */
+/* Has a folder of a path, which there is not, such a place? Then also the command of a
+ * shell that links the files side by side, as frame.####. */
 bool frame_is_in_folder(const char *name, char *links, size_t n_bytes);
 
 /*
