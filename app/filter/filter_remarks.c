@@ -300,6 +300,12 @@ int filter_warn_window(const struct run *run)
         memcmp(data, display, sizeof *data) != 0 ? find_look_of_place(run) : NULL;
     if (!key)
         return APP_DONE;
+    if (run->tool->scene)
+        return app_warn(
+            run->tool->host, run->error,
+            "--%s: is measured in the picture with the border beyond it, "
+            "%.3g times as wide; --overscan 0 leaves the border out",
+            key, (double)source->width / ((double)display->max_x - display->min_x + 1));
     const char *path = image_path(source->colour);
     return app_warn(
         run->tool->host, run->error,

@@ -345,10 +345,53 @@ static bool check_only_views(const struct povray_tool *tool)
     return false;
 }
 
+/* Is it given, not at its default, and something that POV-Ray's round lens with its plane in focus lacks? */
+static bool is_of_look(const struct settings *settings,
+                       const struct rf_param_info *info)
+{
+    static const char *const planes[] = {"tilt-x", "tilt-y", "field-curvature",
+                                         "split-diopter"};
+    char text[RF_PARAM_TEXT_BYTES], plain_text[RF_PARAM_TEXT_BYTES];
+    struct settings plain;
+    const char *why;
+    bool is_look =
+        info->group == RF_GROUP_APERTURE || info->group == RF_GROUP_HIGHLIGHTS;
+    for (size_t i = 0; i < sizeof(planes) / sizeof(planes[0]); i++)
+        is_look |= strcmp(info->key, planes[i]) == 0;
+    settings_init(&plain);
+    return is_look && is_typed(settings, info->key) &&
+           rf_param_is_read(&settings->params, info->key, &why) &&
+           rf_params_get(&settings->params, info->key, text, sizeof(text)) == RF_OK &&
+           rf_params_get(&plain.params, info->key, plain_text, sizeof(plain_text)) ==
+               RF_OK &&
+           strcmp(text, plain_text) != 0;
+}
+
+/* A reference without the look says nothing of how good the picture is. */
+static bool check_reference(const struct povray_tool *tool,
+                            const struct settings *settings)
+{
+    char names[400] = "";
+    size_t n, n_names = 0;
+    const struct rf_param_info *list = rf_param_list(&n);
+    for (size_t i = 0; tool->n_reference > 0 && i < n; i++)
+        if (is_of_look(settings, &list[i]) && n_names < sizeof(names))
+            n_names += (size_t)snprintf(names + n_names, sizeof(names) - n_names,
+                                        "%s--%s", n_names > 0 ? ", " : "", list[i].key);
+    if (n_names == 0)
+        return true;
+    warning(tool->is_quiet,
+            "--reference: POV-Ray's focal blur has no %s, so its figure is how much "
+            "they change; leave them out to see how good the blur is",
+            names);
+    return !tool->is_strict;
+}
+
 bool povray_command_check(struct povray_tool *tool, struct settings *settings,
                           const struct operands *operands)
 {
-    if (!check_usage(tool, operands) || !check_lens(tool, settings))
+    if (!check_usage(tool, operands) || !check_lens(tool, settings) ||
+        !check_reference(tool, settings))
         return false;
     take_f_stop(tool, settings);
     return check_views(tool, settings) && check_only_views(tool);

@@ -114,6 +114,37 @@ def test_an_f_stop_is_the_lens_radius(rackfocus, tmp_path, camera, options):
 
 
 @pytest.mark.parametrize(
+    "look, named",
+    [
+        (["--tilt-x", 8, "--cat-eye", 0.5], "no --cat-eye, --tilt-x,"),
+        (["--look", "vintage"], "--swirl"),
+        (["--swirl", 0], ""),
+        (["--f-stop", 2, "--lens-radius", 0.1], ""),
+    ],
+)
+def test_a_reference_without_the_look_is_told(rackfocus, tmp_path, look, named):
+    items = f"location <0,1,-5> look_at <0,1,0> {LENS}"
+    (tmp_path / "s.pov").write_text(scene(items))
+    words = ["povray", "s.pov", "-o", "o.exr", "--reference", 4, *look]
+    done = rackfocus(*words, "--", "+W64", "+H48", cwd=tmp_path)
+    assert ("POV-Ray's focal blur has no" in done.stderr) == bool(named)
+    assert named in done.stderr
+    if named:
+        rackfocus(*words, "--strict", "--", "+W64", "+H48", cwd=tmp_path, code=2)
+
+
+def test_a_look_with_a_border_is_told_what_to_do(rackfocus, tmp_path):
+    """No file of a private folder; without the border nothing is said."""
+    items = f"location <0,1,-5> look_at <0,1,0> {LENS}"
+    (tmp_path / "s.pov").write_text(scene(items))
+    words = ["povray", "s.pov", "-o", "o.exr", "--cat-eye", 0.5]
+    said = rackfocus(*words, "--", *SIZE, cwd=tmp_path).stderr
+    assert "--overscan 0" in said and "passes.exr" not in said
+    said = rackfocus(*words, "--overscan", 0, "--", *SIZE, cwd=tmp_path).stderr
+    assert "--cat-eye" not in said
+
+
+@pytest.mark.parametrize(
     "camera",
     [
         "orthographic location <0,2,-8> look_at <0,1,0> right x*4/3 up y angle 0",
