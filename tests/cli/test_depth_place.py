@@ -67,6 +67,10 @@ def test_what_lies_right_is_not_told(told, passes):
     assert told(colour | {"Z": z}) == ""
     both = {n: numpy.vstack([v, v[::-1]]) for n, v in colour.items()}
     assert told(both | {"Z": numpy.vstack([z, z[::-1]])}) == ""
+    shaded = {n: v.copy() for n, v in both.items()}  # upside down fits a little better
+    for v in shaded.values():
+        v[:140, :40] = 0.01
+    assert told(shaded | {"Z": numpy.vstack([z, 0 * z + 8])}) == ""
     few = numpy.where(numpy.arange(200) < 60, 3, 8) + 0 * z
     assert "the depth lies" not in told(colour | {"Z": few.astype("f4")})
 
