@@ -256,17 +256,43 @@ bool frame_is_pattern(const char *name)
     return find_place(name, &place);
 }
 
-/* The name with a star for each number. */
-static void write_glob(const char *name, char *glob, size_t n_bytes)
+/* A word of a shell that is written into `to`, which holds the final zero. */
+struct word {
+    char to[1200];
+    size_t n;
+};
+
+static void add_mark(struct word *word, char mark)
 {
-    size_t n = 0;
-    for (const char *at = name; *at && n + 1 < n_bytes; n++) {
-        struct place place;
-        const bool is_number = is_place(at, &place);
-        glob[n] = is_number ? '*' : *at;
-        at = is_number ? place.end : at + 1;
+    if (word->n + 1 < sizeof(word->to))
+        word->to[word->n++] = mark;
+}
+
+/* Adds what lies before `end`, each character for what it is. */
+static void add_plain(struct word *word, const char *at, const char *end)
+{
+    for (; at < end; at++) {
+        const bool is_special = (unsigned char)*at < 128 &&
+                                !isalnum((unsigned char)*at) &&
+                                !strchr("/._-+,:@", *at);
+        if (is_special)
+            add_mark(word, '\\');
+        add_mark(word, *at);
     }
-    glob[n] = '\0';
+}
+
+/* Adds the name with a star for each number. */
+static void add_glob(struct word *word, const char *name)
+{
+    while (*name) {
+        struct place place;
+        const bool is_number = is_place(name, &place);
+        if (is_number)
+            add_mark(word, '*');
+        else
+            add_plain(word, name, name + 1);
+        name = is_number ? place.end : name + 1;
+    }
 }
 
 bool frame_is_in_folder(const char *name, char *links, size_t n_bytes)
@@ -274,19 +300,20 @@ bool frame_is_in_folder(const char *name, char *links, size_t n_bytes)
     const char *const last = os_path_name(name), *const dot = strrchr(last, '.');
     const char *at = name;
     struct place place;
-    char glob[1024];
+    char folder[1024];
     while (at < last && !is_place(at, &place))
         at++;
-    snprintf(glob, sizeof(glob), "%.*s", (int)(last - name), name);
-    if (at >= last || os_file_facts(glob).kind != OS_FILE_NONE)
+    snprintf(folder, sizeof(folder), "%.*s", (int)(last - name), name);
+    if (at >= last || os_file_facts(folder).kind != OS_FILE_NONE)
         return false;
-    const int n_before = (int)(at - name), n_after = (int)strcspn(place.end, "/");
-    write_glob(name, glob, sizeof(glob));
-    snprintf(
-        links, n_bytes,
-        "for f in %s; do n=${f#%.*s}; ln -s \"$PWD/$f\" \"frame.${n%%%%%.*s/*}%s\"; "
-        "done",
-        glob, n_before, name, n_after, place.end, dot ? dot : "");
+    struct word glob = {.n = 0}, before = {.n = 0}, after = {.n = 0};
+    add_glob(&glob, name);
+    add_plain(&before, name, at);
+    add_plain(&after, place.end, place.end + strcspn(place.end, "/"));
+    snprintf(links, n_bytes,
+             "for f in %s; do n=${f#%s}; ln -s \"%s$f\" \"frame.${n%%%%%s/*}%s\"; done",
+             glob.to, before.to, name[0] == '/' ? "" : "$PWD/", after.to,
+             dot ? dot : "");
     return true;
 }
 

@@ -307,11 +307,8 @@ static int warn_straight(const struct run *run)
     if (run->tool->scene || run->is_deep || !alpha_is_straight(&run->alpha))
         return APP_DONE;
     explain_straight(run, way_out, sizeof(way_out));
-    return app_warn(run->tool->host, run->error,
-                    "%s: rims of things are as bright as what is within, whatever "
-                    "their alpha: the colour is not multiplied by alpha (straight, "
-                    "unassociated), and rims come out too bright; multiply it first%s",
-                    image_path(run->source.colour), way_out);
+    return app_warn(run->tool->host, run->error, "%s: %s%s",
+                    image_path(run->source.colour), alpha_straight_words, way_out);
 }
 
 /* ---- place ------------------------------------------------------------------------ */

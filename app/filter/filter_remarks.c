@@ -237,23 +237,26 @@ int filter_warn_eyes(const struct run *run)
                     is_copied ? others : "", is_copied ? " without blur" : "", all);
 }
 
+static int warn_of_colour(const struct run *run, const char *text)
+{
+    return app_warn(run->tool->host, run->error, "%s: %s",
+                    image_path(run->source.colour), text);
+}
+
 int filter_warn_environment(const struct run *run)
 {
     char text[400];
     if (!rf_method_find(run->params.method)->needs_depth ||
         !source_is_environment(&run->source, text, sizeof(text)))
         return APP_DONE;
-    return app_warn(run->tool->host, run->error, "%s: %s",
-                    image_path(run->source.colour), text);
+    return warn_of_colour(run, text);
 }
 
 int filter_warn_coded(const struct run *run)
 {
     char text[500];
-    if (!source_is_coded(&run->source, text, sizeof(text)))
-        return APP_DONE;
-    return app_warn(run->tool->host, run->error, "%s: %s",
-                    image_path(run->source.colour), text);
+    return source_is_coded(&run->source, text, sizeof(text)) ? warn_of_colour(run, text)
+                                                             : APP_DONE;
 }
 
 /* Methods whose steps are as long along columns as along rows. */

@@ -280,11 +280,8 @@ static int warn_own(struct finish *f)
         alpha_tally_add(&tally, f->samples + 4 * width * y, width);
     if (code == APP_DONE && alpha_is_straight(&tally))
         code = app_warn(f->tool->host, f->error,
-                        "%s: rims of things are as bright as what is within, whatever "
-                        "their alpha: the colour is not multiplied by alpha (straight, "
-                        "unassociated), and rims come out too bright; multiply it "
-                        "first: oiiotool FILE --ch R,G,B,A --premult -o colour.exr",
-                        path);
+                        "%s: %s: oiiotool FILE --ch R,G,B,A --premult -o colour.exr",
+                        path, alpha_straight_words);
     return code;
 }
 

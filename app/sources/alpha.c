@@ -55,3 +55,9 @@ bool alpha_is_straight(const struct alpha_tally *tally)
            n_straight > STRAIGHT_SHARE * (double)tally->n_pairs &&
            n_straight > TIMES * (double)tally->n_multiplied;
 }
+
+const char alpha_straight_words[] =
+    "rims of things are as bright as what is within, whatever their alpha: the colour "
+    "is "
+    "not multiplied by alpha (straight, unassociated), and rims come out too bright; "
+    "multiply it first";

@@ -15,7 +15,9 @@ struct alpha_tally {
 /* Counts a row of packed pixels of red, green, blue and alpha. */
 void alpha_tally_add(struct alpha_tally *tally, const float *row, size_t width);
 
-/* Does the colour know nothing of alpha? */
+/* Does the colour know nothing of alpha? What is then said of it follows. */
 bool alpha_is_straight(const struct alpha_tally *tally);
+
+extern const char alpha_straight_words[];
 
 #endif

@@ -345,7 +345,8 @@ static bool check_only_views(const struct povray_tool *tool)
     return false;
 }
 
-/* Is it given, not at its default, and something that POV-Ray's round lens with its plane in focus lacks? */
+/* Is it given, not at its default, and something that POV-Ray's round lens with its
+ * plane in focus lacks? */
 static bool is_of_look(const struct settings *settings,
                        const struct rf_param_info *info)
 {

@@ -237,21 +237,24 @@ def test_names_of_other_programs(run, scene, tmp_path, mark):
 
 
 @pytest.mark.parametrize("name", ["b.exr", "b.####.exr"])
-@pytest.mark.parametrize("folder", ["####", "v1_%04d_x"])
-def test_numbers_of_folders(run, scene, tmp_path, folder, name):
+@pytest.mark.parametrize("folder", ["####", "v1_%04d_x", "v1 %04d (b)"])
+@pytest.mark.parametrize("is_whole", [False, True])
+@pytest.mark.parametrize("shell", ["sh", "bash"])
+def test_numbers_of_folders(run, scene, tmp_path, folder, name, is_whole, shell):
     """The command that is named makes a sequence of them."""
-    pattern = f"in/{folder}/{name}"
+    pattern = f"it's $x/{folder}/{name}"
     for i in (8, 12):
         path = tmp_path / pattern.replace("####", f"{i:04d}").replace(
             "%04d", f"{i:04d}"
         )
         path.parent.mkdir(parents=True)
         pathlib.Path(scene()).rename(path)
+    pattern = str(tmp_path / pattern) if is_whole else pattern
     for out in ("out.####.exr", "out.exr"):
         done = run(pattern, name=out, code=2, cwd=tmp_path)
         assert f"{pattern}: the number of a frame is looked for" in done.stderr
     links = done.stderr.split("side by side: ")[1]
-    subprocess.run(["sh", "-e", "-c", links], cwd=tmp_path, check=True)
+    subprocess.run([shell, "-e", "-c", links], cwd=tmp_path, check=True)
     done = run(tmp_path / "frame.####.exr", name="out.####.exr")
     assert "2 frames: 2 filtered" in done.stdout
 
