@@ -297,10 +297,10 @@ static const char *find_look_of_place(const struct run *run)
 int filter_warn_window(const struct run *run)
 {
     const struct source *source = &run->source;
-    const struct image_box *data = &source->info.data_window;
     const struct image_box *display = &source->info.display_window;
+    struct rf_params fitted = run->settings->params;
     const char *key =
-        memcmp(data, display, sizeof *data) != 0 ? find_look_of_place(run) : NULL;
+        settings_fit_looks(&source->info, &fitted) ? NULL : find_look_of_place(run);
     if (!key)
         return APP_DONE;
     if (run->tool->scene)

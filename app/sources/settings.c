@@ -452,6 +452,51 @@ static double solve_shift(double at_zero, double at_one, double target_px)
     return (target_px - at_zero) / (at_one - at_zero);
 }
 
+/* Half of the diagonal of a box, px of the picture's width. */
+static double half_diagonal(const struct image_box *box, double pixel_aspect)
+{
+    return hypot(side(box->min_x, box->max_x),
+                 side(box->min_y, box->max_y) / pixel_aspect) /
+           2;
+}
+
+/*
+ * The looks that count places in halves of the diagonal (core/lens/look.c), for the data
+ * window of a picture whose display window has `scale` of its diagonal: `power` is that
+ * of the place in the look's formula.
+ */
+static bool scale_looks(struct rf_params *params, double scale)
+{
+    static const struct {
+        const char *key;
+        int power;
+    } looks[] = {{"cat-eye", 1},        {"barn-left", 1},       {"barn-right", 1},
+                 {"barn-top", 1},       {"barn-bottom", 1},     {"astigmatism", 2},
+                 {"swirl", 2},          {"field-curvature", 2}, {"split-offset", -1},
+                 {"split-softness", -1}};
+    for (size_t i = 0; i < sizeof looks / sizeof *looks; i++) {
+        const double value = number_of(params, looks[i].key);
+        if (rf_params_set_number(params, looks[i].key,
+                                 value * pow(scale, -looks[i].power), NULL) != RF_OK)
+            return false;
+    }
+    return true;
+}
+
+bool settings_fit_looks(const struct image_part_info *part, struct rf_params *params)
+{
+    const struct image_box *data = &part->data_window, *display = &part->display_window;
+    const double aspect = params->pixel_aspect;
+    struct rf_params scaled = *params;
+    if (data->min_x + data->max_x != display->min_x + display->max_x ||
+        data->min_y + data->max_y != display->min_y + display->max_y ||
+        !scale_looks(&scaled,
+                     half_diagonal(display, aspect) / half_diagonal(data, aspect)))
+        return false;
+    *params = scaled;
+    return true;
+}
+
 rf_result settings_fit_window(const struct settings *settings,
                               const struct image_part_info *part,
                               struct rf_params *params, struct rf_error *error)
@@ -485,6 +530,7 @@ rf_result settings_fit_window(const struct settings *settings,
         params->focal_length_px = whole.focal_length_px;
     if (params->max_radius == 0)
         params->max_radius = whole.max_radius_px;
+    settings_fit_looks(part, params);
     return RF_OK;
 }
 

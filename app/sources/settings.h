@@ -71,11 +71,19 @@ bool settings_read_header(struct settings *settings, const struct image_input *i
 
 /*
  * Parameters for the data window of a picture whose camera sees the display window:
- * focal length in px, scale and shift are such that every pixel keeps its ray.
+ * focal length in px, scale and shift are such that every pixel keeps its ray, and looks
+ * are as in the display window where settings_fit_looks() can do that.
  */
 rf_result settings_fit_window(const struct settings *settings,
                               const struct image_part_info *part,
                               struct rf_params *params, struct rf_error *error);
+
+/*
+ * Scales the looks that are measured in the picture, from the display window to the data
+ * window. False: the windows have different middles, or a look would leave its range;
+ * then nothing is changed.
+ */
+bool settings_fit_looks(const struct image_part_info *part, struct rf_params *params);
 
 /* "--focus-distance 8 --f-stop 1.4": whatever is not the default. */
 void settings_print_options(const struct rf_params *params, char *text, size_t n_bytes);

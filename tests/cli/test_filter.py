@@ -256,6 +256,43 @@ def test_looks_of_a_crop_are_warned_of(rackfocus, scene, tmp_path):
     assert "window" not in rackfocus("filter", whole, "-o", out, *options).stderr
 
 
+LOOKS = {
+    "eyes": "--cat-eye 0.9 --cat-eye-exposure keep",
+    "doors": "--barn-left 0.8 --barn-top 0.6",
+    "stretched": "--astigmatism 0.8 --swirl -0.5",
+    "bent": "--field-curvature 0.3",
+    "split": "--split-diopter 3.5 --split-offset 0.2 --split-softness 0.3",
+    "colours": "--lateral-chroma 0.02",
+}
+
+
+@pytest.mark.parametrize("look", LOOKS.values(), ids=LOOKS)
+def test_looks_of_a_crop_in_the_middle(rackfocus, scene, tmp_path, look):
+    """They are as in the whole picture; beyond their range they are warned of."""
+
+    def set_back(channels):
+        channels["Z"][:] = 12
+
+    # Footprints are of the tile's middle: the crop begins where a tile does.
+    cut, inside = (slice(64, 192), slice(64, 256)), (slice(20, -20), slice(20, -20))
+    whole = scene("whole.exr", size=(320, 256), change=set_back)
+    crop, out = tmp_path / "crop.exr", tmp_path / "o.exr"
+    windows = {"data": (64, 64, 255, 191), "display": (0, 0, 319, 255)}
+    channels, _ = plainexr.read(whole)
+    plainexr.write(crop, {n: a[cut] for n, a in channels.items()}, **windows)
+    lens = ["--focus-distance", "6", "--lens-radius", "0.8", "--focal-length-px", "100"]
+    lens += [*PLAIN, *look.split()]
+    found = []
+    for path in (whole, crop):
+        assert "window" not in rackfocus("filter", path, "-o", out, *lens).stderr
+        found.append(plainexr.read(out)[0]["R"].astype(float))
+    off = (found[0][cut] - found[1])[inside]
+    assert (off**2).mean() ** 0.5 < 4e-4  # 0.004 and more in the data window
+    far = ["--split-diopter", "3.5", "--split-offset", "1.9"]
+    said = rackfocus("filter", crop, "-o", out, *lens, *far).stderr
+    assert "is measured in the data window" in said
+
+
 def test_window_of_a_crop(rackfocus, scene, tmp_path):
     """A crop in its display window is filtered as in the whole picture."""
     lens = ["--focus-distance", "6", "--lens-radius", "0.05", "--depth", "radial"]
