@@ -53,7 +53,7 @@ def _park_node(tree, scene, node, is_led_past):
         if output is None or not output.enabled:
             continue
         index = list(link.to_node.inputs).index(end)
-        about["links"].append([name, link.to_node.name, index])
+        about["links"].append([name, link.to_node.name, index, end.identifier])
         tree.links.remove(link)
         tree.links.new(output, end)
     about["source"] = source.name if source is not None else ""
@@ -93,17 +93,46 @@ def park(scene):
         group.show(node.node_tree, False)
 
 
+def _end_of(node, index, identifier, fed):
+    """The input of a node that followed one of ours; None where there is none.
+
+    fed: inputs that the stand-in leads to. 5.0 has the inputs of some nodes in another
+    order than the Blender that wrote the file; older files name no identifier.
+    """
+    inputs = list(node.inputs)
+    same = [s for s in inputs if identifier and s.identifier == identifier]
+    there = inputs[index : index + 1]
+    led = [s for s in there if s in fed] or [s for s in inputs if s in fed]
+    return next(iter(same or led or ([] if identifier else there)), None)
+
+
+def _ends_of(tree, target, place, fed):
+    """The inputs that followed one of our nodes, as this Blender has them.
+
+    target: name of the node; place: index of the input, and its identifier. 5.0 puts a
+    Group Output in the place of a file's Composite node, and 4.5 a Composite node
+    beside the Group Output: what the stand-in leads to is the picture.
+    """
+    node, output = tree.nodes.get(target), compat.output_socket(tree)
+    found = [_end_of(node, *place, fed)] if node is not None else []
+    if output in fed and (node is None or node.type in setup.OUTPUTS):
+        found.append(output)
+    # What was linked anew on a machine without the add-on stays.
+    return [
+        end for end in found if end is not None and (end in fed or not end.is_linked)
+    ]
+
+
 def _restore_node(tree, node):
     about = json.loads(node[PARKED])
     node.mute, node.label = about["mute"], about["label"]
     del node[PARKED]
-    for name, target, index in about["links"]:
-        to, output = tree.nodes.get(target), node.outputs.get(name)
-        if to is None or output is None or index >= len(to.inputs):
-            continue
-        end = to.inputs[index]
-        # What was linked anew on a machine without the add-on stays.
-        if not end.is_linked or end.links[0].from_node.name == about["source"]:
+    for name, target, index, *identifier in about["links"]:
+        output = node.outputs.get(name)
+        led = [k for k in tree.links if k.from_node.name == about["source"]]
+        fed = [k.to_socket for k in led if k.from_socket.name == INSTEAD[name]]
+        place = index, next(iter(identifier), "")
+        for end in _ends_of(tree, target, place, fed) if output is not None else ():
             for link in list(end.links):
                 tree.links.remove(link)
             tree.links.new(output, end)

@@ -30,6 +30,7 @@ ENGINE = "RACK_FOCUS"
 NODE_LABEL = "Rack Focus"
 INSERTED = "rack_focus_inserted"  # of nodes that the tick put behind Denoise nodes
 BEFORE = "rack_focus_before"  # of our nodes: the Render Layers node they took over from
+OUTPUTS = ("COMPOSITE", "GROUP_OUTPUT")  # types of nodes
 CALLER_LABEL = "Rack Focus: runs the nodes"
 RECORD_VERSION = 2  # 1: nodes of a new tree might look at another scene; see heal()
 
@@ -323,7 +324,8 @@ def _remove_nodes(scene, record):
 
 
 def _node_names(tree):
-    return sorted(node.name for node in tree.nodes)
+    """Of all but the outputs, which another version of Blender replaces by its own."""
+    return sorted(node.name for node in tree.nodes if node.type not in OUTPUTS)
 
 
 # ---- on and off -------------------------------------------------------------------

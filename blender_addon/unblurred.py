@@ -14,7 +14,6 @@ from . import compat, group, setup
 PICTURE = ("Image", "Alpha", "Freestyle")  # filtered by our node; lines stay sharp
 DATA = ("Crypto", "Denoising")  # starts of names: mattes, guides; sharp on purpose
 FACTORS = ("Mist",)  # passes of one channel that a lens blurs
-OUTPUTS = ("COMPOSITE", "GROUP_OUTPUT")
 MOST = 3  # names that are said
 NOT_SHOWN = (
     "Your nodes show nothing of the Rack Focus node",
@@ -80,7 +79,7 @@ def _is_shown(tree, output):
         node = new.pop()
         if node.name in seen or (group.is_ours(node) and not node.mute):
             continue
-        if node.type in OUTPUTS:
+        if node.type in setup.OUTPUTS:
             return True
         seen.add(node.name)
         new += after.get(node.name, ())

@@ -1,0 +1,77 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Files that one version of Blender writes, and another one opens.
+
+    versions.py DIST OUT write FOLDER    (after -- where Blender is a program)
+    versions.py DIST OUT read FOLDER
+
+Writes FOLDER/NAME.blend and NAME.npy, its picture; or opens them, renders, refocuses and
+unticks, and prints VERSIONS, the name and ok, or what is wrong.
+"""
+
+import sys
+from pathlib import Path
+
+import bpy
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).parent))
+import checking  # noqa: E402
+import common  # noqa: E402
+from checking import OUT, refocused, shot  # noqa: E402
+from common import last_message, start, tpsnr  # noqa: E402
+
+WHAT, FOLDER = sys.argv[-2], Path(sys.argv[-1])
+
+
+def one_layer():
+    """The picture leads to the output."""
+    start()
+
+
+def two_layers():
+    """It leads to a node whose inputs have another order in 5.0."""
+    scene = bpy.context.scene
+    scene.render.film_transparent = True
+    scene.view_layers.new("Second")
+    start()
+
+
+def several_views():
+    """The Render Layers nodes look at a copy of the scene meanwhile."""
+    start(method="views", views=3)
+
+
+def write(make):
+    """A file, and the picture that it has here."""
+    bpy.ops.wm.open_mainfile(filepath=str(checking.BASE))
+    make()
+    scene = bpy.context.scene
+    np.save(FOLDER / f"{make.__name__}.npy", shot(scene, "version.exr"))
+    assert not last_message(scene), last_message(scene)
+    path = str(FOLDER / f"{make.__name__}.blend")
+    bpy.ops.wm.save_as_mainfile(filepath=path, copy=True)
+
+
+def read(make):
+    """The file of another version renders the same picture here, and can be unticked."""
+    bpy.ops.wm.open_mainfile(filepath=str(FOLDER / f"{make.__name__}.blend"))
+    scene = bpy.data.scenes["Scene"]
+    wanted = np.load(FOLDER / f"{make.__name__}.npy")
+    made = shot(scene, "version.exr")
+    # Samplers differ; what is not filtered has 16 to 22 dB.
+    assert tpsnr(made, wanted) > 28, (make.__name__, tpsnr(made, wanted))
+    assert not last_message(scene), last_message(scene)
+    common.same(refocused(scene, "version.exr"), made)
+    scene.camera.data.rack_focus.enabled = False
+    assert len(bpy.data.scenes) == 1 and common.tree_of(scene) is None
+
+
+MADE = (one_layer, two_layers, several_views)
+common.install(checking.DIST)
+common.make_base(checking.BASE)
+common.run(
+    {make.__name__: lambda make=make: globals()[WHAT](make) for make in MADE},
+    [make.__name__ for make in MADE],
+    lambda name, problem: print("VERSIONS", name, problem or "ok", flush=True),
+)
+common.leave()
