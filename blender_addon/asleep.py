@@ -17,6 +17,7 @@ from . import compat
 
 MARK = "rack_focus_asleep"  # of such nodes: what end() needs, as JSON
 OUTPUT = "COMPOSITE"
+LED = "rack_focus_led"  # of what led to an output, for 5.0, which replaces that: its number
 ALPHA = "use_alpha"  # of an output, up to 4.4
 NOT_MUTED = ("FRAME", "REROUTE")  # they do nothing
 # Nodes that show the render as it is, or show it elsewhere.
@@ -99,6 +100,8 @@ def _take_off(tree, node):
             source = link.from_node
             number = list(source.outputs).index(link.from_socket)
             about["links"].append([source.name, number, index])
+            if index == 0:
+                source[LED] = number
             tree.links.remove(link)
     _set_alpha(node, True)
     return about
@@ -130,6 +133,11 @@ def end(scene, is_untouched):
     is_untouched: the tree has no nodes of the artist's that came since.
     """
     state, tree = scene.rack_focus, _tree_of(scene)
+    sleepers = [n for n in tree.nodes if is_asleep(n)] if tree is not None else []
+    if compat.HAS_NODE_GROUPS and sleepers:  # begun in another version
+        _wake(tree, sleepers)
+        scene.render.use_compositing = False
+        return
     if compat.HAS_NODE_GROUPS:
         scene.compositing_node_group, state.nodes_off = state.nodes_off, None
         is_other = tree not in (None, scene.compositing_node_group)
@@ -138,7 +146,16 @@ def end(scene, is_untouched):
         elif is_other and tree.users == 0:
             bpy.data.node_groups.remove(tree)
         return
-    for node in [n for n in tree.nodes if is_asleep(n)]:
+    _wake(tree, sleepers)
+
+
+def _wake(tree, sleepers):
+    for node in [n for n in tree.nodes if LED in n]:
+        output = compat.output_socket(tree)
+        if compat.HAS_NODE_GROUPS and output is not None:
+            tree.links.new(node.outputs[node[LED]], output)
+        del node[LED]
+    for node in sleepers:
         if node.type == OUTPUT:
             _put_back(tree, node)
         else:

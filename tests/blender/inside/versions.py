@@ -41,6 +41,17 @@ def several_views():
     start(method="views", views=3)
 
 
+def nodes_off():
+    """Nodes that are switched off stay out of the picture, and are as before then."""
+    scene = bpy.context.scene
+    tree, layers, output = checking.tree_with_output(scene)
+    invert = tree.nodes.new("CompositorNodeInvert")
+    tree.links.new(layers.outputs["Image"], invert.inputs["Color"])
+    tree.links.new(invert.outputs[0], output)
+    scene.render.use_compositing = False
+    start()
+
+
 def write(make):
     """A file, and the picture that it has here."""
     bpy.ops.wm.open_mainfile(filepath=str(checking.BASE))
@@ -63,10 +74,18 @@ def read(make):
     assert not last_message(scene), last_message(scene)
     common.same(refocused(scene, "version.exr"), made)
     scene.camera.data.rack_focus.enabled = False
-    assert len(bpy.data.scenes) == 1 and common.tree_of(scene) is None
+    assert len(bpy.data.scenes) == 1
+    tree = common.tree_of(scene)
+    if make != nodes_off:
+        assert tree is None
+        return
+    assert not scene.render.use_compositing
+    assert tree is not None and not any(node.mute for node in tree.nodes)
+    links = {(k.from_node.type, k.to_node.type) for k in tree.links}
+    assert ("R_LAYERS", "INVERT") in links and len(links) == 2, links
 
 
-MADE = (one_layer, two_layers, several_views)
+MADE = (one_layer, two_layers, several_views, nodes_off)
 common.install(checking.DIST)
 common.make_base(checking.BASE)
 common.run(
