@@ -40,6 +40,8 @@ def why_not(scene):
     camera = camera_objects.camera_of(scene)
     if camera is None or not camera.data.rack_focus.enabled:
         return "Rack Focus is not ticked for the scene's camera"
+    if scene.render.engine == "BLENDER_WORKBENCH":  # its lens is that of its shading
+        return "Finish does not work with Workbench: take Cycles or EEVEE"
     if scene.render.use_multiview:
         return "Finish does not work with stereo"
     if group.nodes_of(scene):

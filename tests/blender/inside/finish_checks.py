@@ -310,6 +310,10 @@ def what_cannot_be_finished():
     data.rack_focus.cat_eye = 0.5
     assert "Look" in refusal()
     data.rack_focus.cat_eye = 0
+    # Its copy had no lens: the finished picture was the sharp one.
+    engine, scene.render.engine = scene.render.engine, "BLENDER_WORKBENCH"
+    assert "Workbench" in refusal()
+    scene.render.engine = engine
     kept = os.environ.get("RACKFOCUS_OIDN")
     os.environ["RACKFOCUS_OIDN"] = "/nowhere"
     try:
