@@ -19,6 +19,7 @@ from . import (
     passes,
     refocusing,
     setup,
+    strips,
     taken,
 )
 from . import unblurred, views
@@ -42,6 +43,9 @@ def refocus(scene, call, own_samples=0):
     reason = setup.why_not(scene)
     if reason:
         raise passes.PassesError(f"{reason}: the picture cannot be filtered")
+    shown = strips.why_shown(scene)
+    if shown:
+        raise passes.PassesError(f"{shown}: switch it off to refocus")
     if not setup.can_mute_sources(scene):
         return bpy.ops.render.render(call, scene=scene.name)
     if not setup.is_used(scene):

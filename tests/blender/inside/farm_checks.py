@@ -315,6 +315,13 @@ def strips_in_the_place_of_the_camera():
         made = rgba(render(scene, OUT / "strips.exr"))
         return np.ptp(made[..., :3]) > 0
 
+    is_camera_shown()
+    try:
+        bpy.ops.rack_focus.refocus()
+    except RuntimeError as error:
+        assert "Sequencer is on" in str(error), error
+    else:
+        raise AssertionError("refocused")
     channel = edit.channels[strip.channel]
     for is_muted, is_channel_muted in ((0, 0), (1, 0), (0, 1)):
         strip.mute, channel.mute = bool(is_muted), bool(is_channel_muted)
