@@ -10,8 +10,14 @@ the plane at D that stays in place, the ray at the planar distance t is at
     p + (u, v) (1 - t / D)         orthographic, p in scene units
 
 What a light shines into the camera is P / (pi A) for an area A, P / (4 pi^2 r^2) for a ball
-(measured, 4.2 and 5.0; of areas 3.4 has pi / 4 of that). Where textures or a Spread
-change that, box and console say what to do. Accumulate needs no depth.
+(measured, 4.2 and 5.0; of areas 3.4 has pi / 4 of that). With a Spread s an area shines
+at the angle a to its axis
+
+    max(tan(s / 2) - tan(a), 0) / (tan(s / 2) - s / 2)
+
+times that (area_light_spread_attenuation(), intern/cycles/kernel/light/area.h; measured in
+3.4, 4.2 and 5.0). Where textures change it, box and console say what to do. Accumulate
+needs no depth.
 """
 
 import math
@@ -28,6 +34,7 @@ LUMINANCE = np.array([0.2126, 0.7152, 0.0722], np.float32)
 # Of a pixel's light, what must be the lamp's. Rims have a part of the lamp; where more than
 # twice of what is there should be, something dims it that is not known here.
 LEAST_SHARE, MOST_SHARE = 0.5, 2.0
+LEAST_SPREAD = math.radians(1)  # Cycles' own
 ARE_BALLS = bpy.app.version >= (
     4,
     0,
@@ -42,6 +49,7 @@ class Lamp(NamedTuple):
     matrix: np.ndarray  # (4, 4), to the world
     half: tuple  # half sides along x and y of its own, or the radius twice
     radiance: np.ndarray  # (3,), what it shines into the camera
+    spread: float = math.pi  # of an area, radians
 
 
 _lamps = names.store()  # scene name: {name of a view layer: [Lamp]} of the last render
@@ -91,8 +99,6 @@ def _why_unknown(data):
         return "a portal"
     if _colour_of_nodes(data) is None:
         return "its nodes are no single Emission"
-    if data.type == "AREA" and data.spread < math.pi - 1e-3:
-        return "its Spread is below 180°"
     return ""
 
 
@@ -117,7 +123,8 @@ def _lamp_of(data, matrix):
     x, y = matrix[:3, 0] * half[0], matrix[:3, 1] * half[1]
     area = np.linalg.norm(np.cross(x, y)) * (math.pi if is_round else 4)
     kind = "ellipse" if is_round else "rectangle"
-    return Lamp(kind, matrix, half, _radiance(data, max(area, 1e-12)))
+    spread = max(data.spread, LEAST_SPREAD)
+    return Lamp(kind, matrix, half, _radiance(data, max(area, 1e-12)), spread)
 
 
 def measure(scene, depsgraph):
@@ -163,21 +170,29 @@ def placed(found, scene, layer, camera):
     corners = [np.array(c) for c in camera.data.view_frame(scene=scene)]
     if not is_ortho:
         corners = [corner / -corner[2] for corner in corners]
-    seen = [lamp._replace(radiance=_shown(lamp, scene.cycles)) for lamp in seen]
     return [
-        (
-            _with_lamps(one, place, seen, corners, (scene.render, is_ortho)),
-            place,
-        )
+        (_with_lamps(one, place, seen, corners, (scene, is_ortho)), place)
         for one, place in found
     ]
 
 
-def _shown(lamp, cycles):
-    """(3,) of a lamp in the picture: Clamping > Direct Light, and Film > Exposure."""
-    most, mean = cycles.sample_clamp_direct, lamp.radiance.mean()
-    share = most / mean if 0 < most < mean else 1.0
-    return lamp.radiance * (share * cycles.film_exposure)
+def _share_of(lamp, way):
+    """What of an area's light its Spread lets through along rays, (..., 3), from 0 up."""
+    if lamp.spread > math.pi - 1e-3:
+        return 1.0
+    axis = lamp.matrix[:3, 2] / np.linalg.norm(lamp.matrix[:3, 2])
+    along = np.maximum(way @ axis, 1e-9)
+    across = np.linalg.norm(way - (way @ axis)[..., None] * axis, axis=-1)
+    edge = math.tan(lamp.spread / 2)
+    return np.maximum(edge - across / along, 0) / (edge - lamp.spread / 2)
+
+
+def _shown(lamp, way, cycles):
+    """Luminance of a lamp in the picture: Clamping > Direct Light, and Film > Exposure."""
+    share, most = _share_of(lamp, way), cycles.sample_clamp_direct
+    if most > 0:
+        share = np.minimum(share, most / max(lamp.radiance.mean(), 1e-12))
+    return lamp.radiance @ LUMINANCE * (share * cycles.film_exposure)
 
 
 def _pixels(shape, corners, render):
@@ -197,13 +212,13 @@ def _pixels(shape, corners, render):
 
 
 def _with_lamps(layer, place, lamps, corners, about):
-    """A passes.Layer with lights in its depth; about: (render, is_ortho)."""
-    render, is_ortho = about
+    """A passes.Layer with lights in its depth; about: (scene, is_ortho)."""
+    scene, is_ortho = about
     (u, v), distance = place.offset, place.shear_distance
     if layer.depth is None or (distance == 0 and (u, v) != (0, 0)):
         return layer
     depth = np.array(layer.depth, np.float32)
-    x, y = _pixels(depth.shape, corners, render)
+    x, y = _pixels(depth.shape, corners, scene.render)
     du, dv = (u / distance, v / distance) if distance else (0.0, 0.0)
     for lamp in lamps:
         columns, rows = _box(lamp, x, y, (u, v, du, dv), is_ortho)
@@ -219,7 +234,7 @@ def _with_lamps(layer, place, lamps, corners, about):
             way = np.stack([px - du, py - dv, np.ones_like(px)], -1)
         t = _distance(lamp, start, way)
         light = layer.colour[part][..., :3] @ LUMINANCE
-        own = lamp.radiance @ LUMINANCE
+        own = _shown(lamp, way, scene.cycles)
         is_its = (own >= LEAST_SHARE * light) & (own <= MOST_SHARE * light)
         is_its &= (t > 0) & (t < depth[part])
         depth[part][is_its] = t[is_its]

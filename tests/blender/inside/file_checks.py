@@ -657,8 +657,39 @@ def clamped_and_exposed_lights():
 
 
 @check
+def lights_with_a_spread():
+    """Areas that shine forwards have the depth of their shape where they are seen."""
+    scene, data = bpy.context.scene, bpy.context.scene.camera.data
+    square, ball, disc = three_lamps()
+    scene.collection.objects.unlink(ball)
+    square.data.spread, square.rotation_euler.z = 1.2, 0.3
+    disc.data.spread, scene.cycles.sample_clamp_direct = 0.8, 2
+    own = own_lens(scene, data)
+    start()
+    assert not addon("lamps").describe(scene, scene.camera)
+    assert gain(shot(scene, "lamp.exr"), own) > 6
+    data.rack_focus.method, data.rack_focus.views = "views", 4
+    assert gain(shot(scene, "lamp.exr"), own) > 6
+
+
+@check
+def a_lamp_that_is_not_seen_takes_no_depth():
+    """A spot that shines elsewhere leaves what is behind it its depth."""
+    spot = seen_lamp("SPOT", (0, 2, 0), 30, shadow_soft_size=0.2)
+    spot.rotation_euler = (np.pi / 2, 0, 0)
+    scene, _ = start()
+    shot(scene, "lamp.exr")
+    plain = kept(scene)[0][0]
+    assert addon("lamps")._lamps[scene.name]["ViewLayer"]
+    depth = addon("lamps").placed(
+        [(plain, kept(scene)[0][1])], scene, "ViewLayer", scene.camera
+    )
+    same(depth[0][0].depth, np.array(plain.depth))
+
+
+@check
 def lights_whose_depth_is_not_known():
-    """Box and console say so of those with nodes or a Spread, where they are seen."""
+    """Box and console say so of those with nodes, where they are seen."""
     scene, data = start()
     describe = addon("lamps").describe
     lamp = seen_lamp("AREA", (0, 3, 0), 3, size=0.4)
@@ -668,11 +699,8 @@ def lights_whose_depth_is_not_known():
     nodes = lamp.data.node_tree.nodes
     assert not describe(scene, scene.camera)
     glow, ray = nodes["Emission"], nodes.new("ShaderNodeLightPath")
-    link = lamp.data.node_tree.links.new(ray.outputs[0], glow.inputs["Strength"])
+    lamp.data.node_tree.links.new(ray.outputs[0], glow.inputs["Strength"])
     assert "nodes" in describe(scene, scene.camera)[1]
-    lamp.data.node_tree.links.remove(link)
-    lamp.data.spread = 1
-    assert "Spread" in describe(scene, scene.camera)[1]
     with heard() as said:
         shot(scene, "lamp.exr")
     assert "no depth" in said.getvalue(), said.getvalue()
