@@ -27,6 +27,7 @@ from . import (
     mirrors,
     names,
     operators,
+    outputs,
     park,
     passes,
     refocusing,
@@ -106,6 +107,7 @@ def _prepare(scene):
                 holdouts.describe(scene, camera),
                 lamps.describe(scene, camera),
                 strokes.describe(scene),
+                outputs.describe(scene),
             ):
                 if lines:
                     failures.say(scene, " ".join(lines), is_failure=False)

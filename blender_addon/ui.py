@@ -15,6 +15,7 @@ from . import (
     lamps,
     lens,
     mirrors,
+    outputs,
     refocusing,
     sampling,
     setup,
@@ -116,6 +117,7 @@ class CameraPanel(InCamera):
                 *holdouts.describe(scene, scene.camera),
                 *lamps.describe(scene, scene.camera),
                 *strokes.describe(scene),
+                *outputs.describe(scene),
                 *unblurred.describe(scene),
             ):
                 column.label(text=text, icon="INFO")

@@ -181,6 +181,23 @@ def is_unfiltered(settings, scene):
     return is_its and bool(lens.why_not(camera))
 
 
+def has_copies(scene):
+    """Are copies of a scene rendered in its place?"""
+    if scene.render.use_multiview or group.nodes_of(scene):
+        return False
+    if freestyle.is_drawn(scene) or bodies.why_one_view(scene):
+        return False
+    most, scale = _asked(scene)
+    return most > 1 or scale > 1 or sampling.has_offset(scene)
+
+
+def _asked(scene):
+    """(most views of a camera of a scene, parts of a pixel along its side)."""
+    cameras = [c for c in camera_objects.cameras_of(scene) if c.data.rack_focus.enabled]
+    counts = (view_count(c.data.rack_focus) for c in cameras)
+    return max(counts, default=1), supersample.factor(scene)
+
+
 def is_copy(scene):
     """Is it one of the throw-away copies?"""
     return scene.rack_focus.is_views_copy
@@ -200,9 +217,9 @@ def begin(scene, own_samples=0, is_refocus=False):
         return
     has_lines = freestyle.is_drawn(scene)
     cameras = [c for c in camera_objects.cameras_of(scene) if c.data.rack_focus.enabled]
-    most, scale = max((view_count(c.data.rack_focus) for c in cameras), default=1), 1
-    if not is_refocus:
-        scale = supersample.factor(scene)
+    most, scale = _asked(scene)
+    if is_refocus:
+        scale = 1
     is_shared = most > 1 or scale > 1
     has_copies = is_shared or sampling.has_offset(scene)
     has_copies = has_copies and not is_refocus and not has_lines

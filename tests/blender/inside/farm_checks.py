@@ -131,6 +131,33 @@ def passes_that_are_filtered_later():
 
 
 @check
+def a_multilayer_file_of_several_views():
+    """It lacks all passes, which is said; File Output nodes have those of a view."""
+    scene, data = start()
+    scene.view_layers[0].use_pass_mist = True
+    scene.world.mist_settings.depth = 12
+    describe = addon("outputs").describe
+    one = render(scene, OUT / "layers.exr", multilayer=True)
+    assert not describe(scene) and one["ViewLayer.Mist.Z"].max() > 0
+    data.rack_focus.method, data.rack_focus.views = "views", 3
+    assert describe(scene)
+    with checking.heard() as said:
+        found = render(scene, OUT / "layers.exr", multilayer=True)
+    assert "black view layers" in said.getvalue(), said.getvalue()
+    assert "ViewLayer.Mist.Z" not in found and found["Composite.Combined.R"].max() > 0
+    tree, layers, _ = checking.tree_with_output(scene)
+    ends = addon("compat").file_output(tree, OUT, "mist", [""])
+    tree.links.new(layers.outputs["Mist"], ends[0])
+    with checking.heard() as said:
+        render(scene, OUT / "plain.exr")
+    assert "MultiLayer" not in said.getvalue() and not describe(scene)
+    planes = common.read(next(OUT.glob("mist*")))
+    mist = next(plane for name, plane in planes.items() if not name.endswith("A"))
+    alike = np.corrcoef(mist.ravel(), one["ViewLayer.Mist.Z"].ravel())[0, 1]
+    assert alike > 0.6, alike  # seen from another point of the lens
+
+
+@check
 def a_scene_that_is_not_active():
     """It shows its own view, filtered: not the active scene's."""
     two = second_scene()
