@@ -293,6 +293,7 @@ class MultilayerExr:
         self.settings = scene.render.image_settings
         self.has_views = has_views
         self.kept = []
+        self.space = ""
         self.aspect = (1.0, 1.0)
 
     def _set(self, name, value):
@@ -302,12 +303,16 @@ class MultilayerExr:
     def __enter__(self):
         names = [name for name in _SETTINGS if hasattr(self.settings, name)]
         self.kept = [(name, getattr(self.settings, name)) for name in names]
+        # Reading it prints a warning where it was never set.
+        if getattr(self.settings, "color_management", "") == "OVERRIDE":
+            self.space = self.settings.linear_colorspace_settings.name
         if HAS_MEDIA_TYPE:
             self._set("media_type", "MULTI_LAYER_IMAGE")
         self._set("file_format", "OPEN_EXR_MULTILAYER")
         self._set("color_depth", "32")
         self._set("exr_codec", "NONE")
         self._set("use_preview", False)
+        self._use_space_of_scene()
         if self.has_views:
             self._set("views_format", "INDIVIDUAL")
         # 5.0 writes an empty file where pixels are not square.
@@ -326,6 +331,27 @@ class MultilayerExr:
                 setattr(self.settings, name, value)
             except TypeError:  # not a choice of the file format: it was unused
                 pass
+        self._set_space(self.space)  # which 4.5 and later forget with the format
+
+    def _use_space_of_scene(self):
+        """Passes come in the scene's colour space, whatever that of the files is.
+
+        Up to 4.4 that of the files is taken for passes too. The scene's has no name but
+        that which Blender chooses: the filter scene, which writes no files, asks for it.
+        """
+        owner = self.scene.rack_focus.viewed or self.scene
+        ours = owner.rack_focus.filter_scene
+        if not self.space or ours is None:
+            return
+        spare = ours.render.image_settings
+        for choice in ("FOLLOW_SCENE", "OVERRIDE"):
+            spare.color_management = choice
+        self._set_space(spare.linear_colorspace_settings.name)
+
+    def _set_space(self, name):
+        with contextlib.suppress(TypeError):  # unknown to the present configuration
+            if name and self.settings.linear_colorspace_settings.name != name:
+                self.settings.linear_colorspace_settings.name = name
 
 
 def set_rect(render_pass, pixels):

@@ -518,6 +518,30 @@ def a_view_layer_with_a_long_name():
 
 
 @check
+def files_of_another_colour_space():
+    """The passes are read as the scene has them, and the file is as the artist chose."""
+    scene, data = start()
+    settings = scene.render.image_settings
+    for n_views in (1, 3):
+        data.rack_focus.method, data.rack_focus.views = "views", n_views
+        made = shot(scene, "space.exr")
+        settings.color_management = "OVERRIDE"
+        for name in ("ACEScg", "Linear ACES"):  # as versions call it
+            with contextlib.suppress(TypeError):
+                settings.linear_colorspace_settings.name = name
+        name = settings.linear_colorspace_settings.name
+        assert "ACES" in name, name
+        scene.render.filepath = str(OUT / "other.exr")
+        bpy.ops.render.render(write_still=True, scene=scene.name)
+        assert settings.color_management == "OVERRIDE"
+        assert settings.linear_colorspace_settings.name == name
+        other = rgba(read(OUT / "other.exr"))
+        assert 20 < tpsnr(other, made) < 50, tpsnr(other, made)
+        settings.color_management = "FOLLOW_SCENE"
+        same(common.result(scene, OUT / "space.exr"), made)
+
+
+@check
 def a_comparison():
     """It prints no error: see test_files.py."""
     scene, _ = start()
