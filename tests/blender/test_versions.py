@@ -7,7 +7,7 @@ import pytest
 from conftest import get_blender
 
 # 5.0 replaces the outputs of older files, and 4.5 adds one to those of 5.0.
-PAIRS = (("3.4", "4.2"), ("4.2", "5.0"), ("5.0", "4.5"))
+PAIRS = (("3.4", "4.2"), ("4.2", "5.0"), ("5.0", "4.5"), ("4.2", "newest"))
 # 4.5 loses the links to nodes whose inputs 5.0 calls otherwise, and its scenes cannot get
 # a group of 5.0 back in the place of their nodes.
 LOST = {("5.0", "4.5"): {"two_layers", "nodes_off"}}
