@@ -11,6 +11,7 @@
 #include "common/report.h"
 #include "console/cli.h"
 #include "interrupt.h"
+#include "povray/povray_lens.h"
 #include "sources/picture.h"
 
 /* ---- the command line ----------------------------------------------------------- */
@@ -168,25 +169,6 @@ static bool check_lens(const struct povray_tool *tool, const struct settings *se
     return true;
 }
 
-/* The f-stop is the lens' radius for POV-Ray, whose camera has its own field of view:
- * what is typed of another gives way. Other optics need the focal length itself. */
-static void take_f_stop(struct povray_tool *tool, struct settings *settings)
-{
-    static const char *const names[] = {"f-stop",       "focal-length",  "unit-scale",
-                                        "sensor-width", "sensor-height", "sensor-fit"};
-    const struct rf_params *params = &settings->params;
-    struct settings plain;
-    if (!is_typed(settings, "f-stop") || is_typed(settings, "lens-radius") ||
-        params->optics != RF_OPTICS_CAMERA)
-        return;
-    const double unit = (double)params->unit_scale / (2 * (double)params->f_stop);
-    tool->stop_radius[0] = 1e-3 * (double)params->focal_length * unit;
-    tool->stop_radius[1] = unit;
-    settings_init(&plain);
-    for (size_t i = 0; i < sizeof(names) / sizeof(names[0]); i++)
-        settings_take(settings, &plain, names[i]);
-}
-
 static bool fail_number_of_views(int32_t n, const char *method, int least, int most)
 {
     message("--views: %d; the method %s takes %d to %d; see rackfocus povray --help", n,
@@ -288,33 +270,24 @@ bool povray_command_plan(const struct povray_tool *tool,
                          const struct settings *settings,
                          const struct povray_plan *plan, struct povray_options *made)
 {
-    const bool has_f_stop = tool->stop_radius[0] > 0 || is_typed(settings, "f-stop");
     *made = (struct povray_options){
         .scene = plan->scene,
         .program = tool->program,
         .args = plan->args,
         .n_args = plan->n_args,
         .frame = -1,
-        .has_f_stop = has_f_stop,
-        .stop_radius = {tool->stop_radius[0], tool->stop_radius[1]},
         .supersample = choose_samples(tool, plan),
         /* Who keeps passes wants them as the picture is. */
         .is_through_glass = tool->is_through_glass,
         .warns_by_look = !tool->is_quiet || tool->is_strict,
         .overscan_px = tool->overscan_px < 0 && tool->keep ? 0 : tool->overscan_px,
-        .wants_lens = !has_f_stop,
         .is_cancelled = is_cancelled,
         .n_threads = thread_count(tool->n_threads)};
+    povray_lens_options(made, settings, tool->stop_radius);
+    made->wants_lens = !made->has_f_stop;
     if (!isnan(tool->aperture)) {
         made->has_aperture = true;
         made->aperture = tool->aperture;
-    } else if (is_typed(settings, "lens-radius")) {
-        made->has_aperture = true;
-        made->aperture = 4 * settings->params.lens_radius;
-    }
-    if (is_typed(settings, "focus-distance")) {
-        made->has_focus_distance = true;
-        made->focus_distance = settings->params.focus_distance;
     }
     made->has_focal_point = tool->focal_point != NULL;
     return !tool->focal_point || parse_point(tool->focal_point, made->focal_point);
@@ -394,6 +367,6 @@ bool povray_command_check(struct povray_tool *tool, struct settings *settings,
     if (!check_usage(tool, operands) || !check_lens(tool, settings) ||
         !check_reference(tool, settings))
         return false;
-    take_f_stop(tool, settings);
+    povray_lens_take_stop(settings, tool->stop_radius);
     return check_views(tool, settings) && check_only_views(tool);
 }

@@ -155,6 +155,42 @@ def test_a_scene_of_povray(view, tmp_path, binary):
     assert numpy.array_equal(made, saved)
 
 
+STOP = ["--f-stop", "1.4", "--unit-scale", "10", "--focal-length", "85"]
+
+
+@pytest.mark.parametrize(
+    "own, options",
+    [
+        (True, [*STOP, "--sensor-width", "36"]),
+        (False, [*STOP, "--views", "2"]),
+        (False, []),
+    ],
+)
+def test_an_f_stop_of_a_scene(view, tmp_path, binary, own, options):
+    """The lens of rackfocus povray, in the picture and in the copied command line."""
+    lens = "aperture 0.6 focal_point <0, 1, 0> blur_samples 7"
+    (tmp_path / "s.pov").write_text(SCENE if own else SCENE.replace(lens, ""))
+    size = ["--", "+W120", "+H80"]
+    window = view("s.pov", *options, *size)
+    window.wait_open()
+    window.key("ctrl+s")
+    window.wait_text("saved", "saved s_focus.exr")
+    window.key("ctrl+c")
+    window.wait_text("said", "copied")
+    window.quit()
+    saved = read_exr(tmp_path / "s_focus.exr")
+    (tmp_path / "s_focus.exr").unlink()
+    command = [binary, "povray", "s.pov", "-o", "c.exr", "--supersample", "1",
+               "--overscan", "0", *(options or ["--f-stop", "2.8"]), *size]  # fmt: skip
+    subprocess.run(command, check=True, cwd=tmp_path, timeout=300)
+    line = window.printed().strip().splitlines()[-1]
+    for part in line.split(" && "):
+        words = part.replace("*.exr", "00.exr passes/passes_v01.exr").split()
+        subprocess.run([binary, *words[1:]], check=True, cwd=tmp_path, timeout=300)
+    for made in ("c.exr", "s_focus.exr"):
+        assert numpy.array_equal(read_exr(tmp_path / made), saved), made
+
+
 @pytest.mark.parametrize("options", [[], ["--views", "2"]])
 def test_what_a_scene_is_warned_of(view, tmp_path, options):
     """What rackfocus povray says as a warning is said at the bottom."""

@@ -14,6 +14,7 @@
 #include "filter/filter_run.h"
 #include "pixels/input_read.h"
 #include "povray/povray_files.h"
+#include "povray/povray_lens.h"
 #include "sources/depth_repair.h"
 #include "sources/picture.h"
 #include "sources/white.h"
@@ -48,12 +49,22 @@ static void make_scene_options(struct stage *stage, const struct settings *typed
                                  .progress = show_progress,
                                  .user = stage,
                                  .n_threads = thread_count(stage->options->n_threads)};
+    struct settings lens = *typed;
+    double stop_radius[2] = {0, 0};
+    stage->has_stop = povray_lens_take_stop(&lens, stop_radius);
+    povray_lens_options(o, &lens, stop_radius);
     /* One view has no need of a lens; several are taken over one. */
-    o->wants_lens = stage->options->n_views > 1 && !is_typed(typed, "f-stop");
-    o->has_aperture = is_typed(typed, "lens-radius");
-    o->aperture = 4 * typed->params.lens_radius;
-    o->has_focus_distance = is_typed(typed, "focus-distance");
-    o->focus_distance = typed->params.focus_distance;
+    o->wants_lens = stage->options->n_views > 1 && !stage->has_stop;
+}
+
+/* What was typed, but an f-stop that the scene's passes have as their radius. */
+static struct settings typed_of_passes(const struct stage *stage,
+                                       const struct settings *typed)
+{
+    struct settings left = *typed;
+    if (stage->has_stop)
+        povray_lens_drop_stop(&left);
+    return left;
 }
 
 static void add_remark(void *user, const char *text)
@@ -108,6 +119,10 @@ static bool render_scene(struct stage *stage, const struct settings *typed,
     if (stage->options->keep && !picture_need_folder(stage->options->keep, error))
         return false;
     make_scene_options(stage, typed);
+    if (stage->options->n_views > 1 && stage->povray_options.has_f_stop &&
+        !stage->has_stop)
+        return set_error(error, "--views needs the lens as --lens-radius, not as "
+                                "--f-stop, with these --optics");
     bool is_good = povray_open(&stage->scene, &stage->povray_options, &povray_error);
     if (is_good)
         add_remark(stage, povray_remark(stage->scene));
@@ -121,6 +136,7 @@ static bool render_scene(struct stage *stage, const struct settings *typed,
     if (stage->options->n_views > 1)
         povray_describe(stage->scene, &passes);
     add_remark(stage, povray_lens_remark(&passes.camera));
+    stage->camera = passes.camera;
     if (stage->options->n_views == 1) {
         add_remark(stage, passes.warning);
         is_good = write_pass(stage, &passes, 0, false, error);
@@ -144,7 +160,7 @@ static bool resolve_source(const struct stage *stage, const struct source *sourc
 {
     struct rf_error error;
     const double white = stage->whites[white_at(stage, source)];
-    *settings = *typed;
+    *settings = typed_of_passes(stage, typed);
     if (!source_read_facts(source, settings, text, n_bytes))
         return false;
     if (stage->has_views)
@@ -530,16 +546,35 @@ static void append_input_options(struct line *line, const struct view_options *o
         append(line, " --mist-falloff %s", mists[options->mist_falloff]);
 }
 
+/* The lens radius with which the scene is to be rendered again; 0: it has its own.
+ * Where neither the scene nor the first command line has a lens, it is the lens that is
+ * shown, and the filter finds it in the passes. */
+static double rendered_radius(const struct stage *stage, struct settings *left)
+{
+    char stop[40];
+    double radii[2] = {0, 0};
+    const double own = stage->camera.aperture / 4;
+    if (own > 0)
+        return stage->has_stop || stage->povray_options.has_aperture ? own : 0;
+    if (is_typed(left, "lens-radius"))
+        return left->params.lens_radius;
+    snprintf(stop, sizeof(stop), "%.17g", (double)left->params.f_stop);
+    settings_set(left, "f-stop", stop, NULL);
+    povray_lens_take_stop(left, radii);
+    return radii[stage->camera.is_orthographic];
+}
+
 /* Passes that go with the window are rendered again, into a folder that stays. */
-static void append_rendering(struct line *line, const struct stage *stage)
+static void append_rendering(struct line *line, const struct stage *stage,
+                             double radius)
 {
     append(line, "rackfocus povray");
     append_word(line, stage->files->paths[0]);
     append(line, " --keep passes -o lens.exr");
     if (stage->options->n_views > 1)
         append(line, " --views %d", stage->options->n_views);
-    if (stage->povray_options.has_aperture)
-        append(line, " --lens-radius %.17g", stage->povray_options.aperture / 4);
+    if (radius > 0)
+        append(line, " --lens-radius %.17g", radius);
     if (stage->povray_options.has_focus_distance)
         append(line, " --focus-distance %.17g", stage->povray_options.focus_distance);
     if (stage->n_povray_args > 0)
@@ -553,10 +588,11 @@ void stage_command(const struct stage *stage, const struct settings *typed,
                    const char *output, char *text, size_t n_bytes)
 {
     struct line line = {.text = text, .n_bytes = n_bytes};
+    struct settings left = typed_of_passes(stage, typed);
     const bool is_lost = stage->is_scene && !stage->options->keep;
     *text = 0;
     if (is_lost)
-        append_rendering(&line, stage);
+        append_rendering(&line, stage, rendered_radius(stage, &left));
     append(&line, "rackfocus filter");
     if (is_lost && stage->n_scene_paths > 1)
         append(&line, " passes/passes_v*.exr");
@@ -577,7 +613,7 @@ void stage_command(const struct stage *stage, const struct settings *typed,
         append(&line, " --distribution-image");
         append_word(&line, stage->options->distribution_image);
     }
-    append_typed(&line, typed);
+    append_typed(&line, &left);
 }
 
 /* ---- saving ---------------------------------------------------------------------- */

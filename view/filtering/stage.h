@@ -41,6 +41,8 @@ struct stage {
     bool is_scene; /* of POV-Ray */
     struct povray_scene *scene;
     struct povray_options povray_options;
+    struct povray_camera camera;     /* of the scene's passes */
+    bool has_stop;                   /* their lens radius is that of a typed f-stop */
     char *scene_paths[RF_MAX_VIEWS]; /* passes that were rendered */
     int n_scene_paths;
     bool is_open, has_views;

@@ -1,0 +1,44 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "povray/povray_lens.h"
+
+static bool is_typed(const struct settings *settings, const char *name)
+{
+    return settings_origin(settings, name) == ORIGIN_COMMAND_LINE;
+}
+
+void povray_lens_drop_stop(struct settings *typed)
+{
+    static const char *const names[] = {"f-stop",       "focal-length",  "unit-scale",
+                                        "sensor-width", "sensor-height", "sensor-fit"};
+    struct settings plain;
+    settings_init(&plain);
+    for (size_t i = 0; i < sizeof(names) / sizeof(names[0]); i++)
+        settings_take(typed, &plain, names[i]);
+}
+
+bool povray_lens_take_stop(struct settings *typed, double stop_radius[2])
+{
+    const struct rf_params *params = &typed->params;
+    if (!is_typed(typed, "f-stop") || is_typed(typed, "lens-radius") ||
+        params->optics != RF_OPTICS_CAMERA)
+        return false;
+    const double unit = (double)params->unit_scale / (2 * (double)params->f_stop);
+    stop_radius[0] = 1e-3 * (double)params->focal_length * unit;
+    stop_radius[1] = unit;
+    povray_lens_drop_stop(typed);
+    return true;
+}
+
+void povray_lens_options(struct povray_options *options, const struct settings *typed,
+                         const double stop_radius[2])
+{
+    const struct rf_params *params = &typed->params;
+    options->has_aperture = is_typed(typed, "lens-radius");
+    options->has_f_stop =
+        stop_radius[0] > 0 || (is_typed(typed, "f-stop") && !options->has_aperture);
+    options->stop_radius[0] = stop_radius[0];
+    options->stop_radius[1] = stop_radius[1];
+    options->aperture = 4 * (double)params->lens_radius;
+    options->has_focus_distance = is_typed(typed, "focus-distance");
+    options->focus_distance = params->focus_distance;
+}

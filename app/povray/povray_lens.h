@@ -1,0 +1,23 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What was typed of the lens, as POV-Ray's driver takes it: one rule for the command and
+ * the window. */
+#ifndef APP_POVRAY_LENS_H
+#define APP_POVRAY_LENS_H
+
+#include "povray.h"
+#include "sources/settings.h"
+
+/* An f-stop is the lens' radius for POV-Ray, whose camera has its own field of view.
+ * Gives the radius as povray_options has it and drops the f-stop from what was typed;
+ * false where none was, or where other optics need the focal length itself. */
+bool povray_lens_take_stop(struct settings *typed, double stop_radius[2]);
+
+/* Drops the f-stop and what says another field of view than the scene's. */
+void povray_lens_drop_stop(struct settings *typed);
+
+/* The lens and the focus that were typed; stop_radius is what povray_lens_take_stop()
+ * gave, else 0. */
+void povray_lens_options(struct povray_options *options, const struct settings *typed,
+                         const double stop_radius[2]);
+
+#endif
