@@ -168,7 +168,7 @@ static void weigh_light(struct povray_scene *scene, const struct fog_runs *runs,
         runs->mode != REWRITE_PINHOLE || passes->has_alpha)
         return;
     scene->has_weighed = true;
-    sparse_look(passes, pictures->bases[0].rgba);
+    sparse_look(passes, pictures->bases[0].rgba, &scene->space);
 }
 
 bool fogs_read(struct povray_scene *scene, const struct shot *shot,

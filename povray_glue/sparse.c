@@ -4,7 +4,9 @@
  * star that the first ray of its pixel hits is averaged with the dark around it, one
  * that is missed is never found. A sky of stars so loses light, a quarter of that of
  * textures.inc's Starfield, whatever the threshold and the size; with one ray in each
- * sample, as the renders for the depth have, the mean is right.
+ * sample, as the renders for the depth have, the mean is right. Rays are averaged in the
+ * space that POV-Ray computes in, so light is weighed there: any edge before black loses
+ * some of it outside.
  */
 #include "sparse.h"
 
@@ -34,18 +36,26 @@ struct block_sums {
     double n, many, one, one_squared;
 };
 
+/* As the picture has it, or as POV-Ray computed it. */
+static double light_of(const float *rgba, const struct decode_space *space)
+{
+    double light = 0;
+    for (int i = 0; i < 3; i++)
+        light += space ? decode_value(space, (double)rgba[i]) : (double)rgba[i];
+    return light;
+}
+
 static struct block_sums add_up(const struct povray_passes *passes, const float *base,
-                                const struct block *block)
+                                const struct block *block,
+                                const struct decode_space *space)
 {
     struct block_sums sums = {.n = (double)(block->x1 - block->x0) *
                                    (double)(block->y1 - block->y0)};
     for (int32_t y = block->y0; y < block->y1; y++)
         for (int32_t x = block->x0; x < block->x1; x++) {
             const size_t i = 4 * ((size_t)y * (size_t)passes->width + (size_t)x);
-            const double one =
-                (double)base[i] + (double)base[i + 1] + (double)base[i + 2];
-            sums.many += (double)passes->colour[i] + (double)passes->colour[i + 1] +
-                         (double)passes->colour[i + 2];
+            const double one = light_of(&base[i], space);
+            sums.many += light_of(&passes->colour[i], space);
             sums.one += one;
             sums.one_squared += one * one;
         }
@@ -65,7 +75,8 @@ static bool is_sparse(const struct block_sums *sums)
     return mean > 3 * LEAST_LIGHT && sqrt(variance(sums)) > LEAST_DEVIATION * mean;
 }
 
-void sparse_look(struct povray_passes *passes, const float *base)
+void sparse_look(struct povray_passes *passes, const float *base,
+                 const struct decode_space *space)
 {
     const int32_t longer =
         passes->width > passes->height ? passes->width : passes->height;
@@ -77,9 +88,10 @@ void sparse_look(struct povray_passes *passes, const float *base)
             const struct block block = {
                 x, y, x + size < passes->width ? x + size : passes->width,
                 y + size < passes->height ? y + size : passes->height};
-            const struct block_sums sums = add_up(passes, base, &block);
+            struct block_sums sums = add_up(passes, base, &block, NULL);
             if (!is_sparse(&sums))
                 continue;
+            sums = add_up(passes, base, &block, space);
             all.n += sums.n;
             all.one += sums.one;
             all.many += sums.many;

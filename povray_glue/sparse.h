@@ -8,6 +8,7 @@
 /* Adds a warning where the colour of the passes has much less light than `base`, a
  * picture of the same size (RGBA) with one ray in each sample, in places that are dark
  * but for few bright samples. */
-void sparse_look(struct povray_passes *passes, const float *base);
+void sparse_look(struct povray_passes *passes, const float *base,
+                 const struct decode_space *space);
 
 #endif

@@ -4,6 +4,7 @@
 import subprocess
 
 import numpy
+import pytest
 from conftest import SIZE, read_exr
 
 #: The ball is somewhere else at each thousandth of a second.
@@ -134,6 +135,19 @@ def test_stars_are_told_once_of_views_and_frames(rackfocus, tmp_path):
         done = rackfocus("povray", "s.pov", "-o", "o.exr", *more, "--", *SIZE,
                          cwd=tmp_path)  # fmt: skip
         assert done.stderr.count(IS_LOST) == 1
+
+
+@pytest.mark.parametrize("gamma", ["2.2", "srgb"])
+def test_edges_on_black_lose_no_light(rackfocus, tmp_path, gamma):
+    """POV-Ray averages their rays in its own space, which is darker outside it."""
+    stars = STARS.split("plane { z")[0].replace(
+        "assumed_gamma 1.0", f"assumed_gamma {gamma}"
+    )
+    wire = "cylinder { <-3,I/8,0>, <3,I/8,0>, 0.006 pigment { rgb 1 } finish { ambient 1 } }"
+    wires = f"#declare I=-16; #while (I<32) {wire} #declare I=I+1; #end\n"
+    (tmp_path / "s.pov").write_text(stars + wires)
+    done = rackfocus("povray", "s.pov", "-o", "o.exr", "--", *SIZE, cwd=tmp_path)
+    assert IS_LOST not in done.stderr
 
 
 def test_checks_and_reflections_lose_no_light(rackfocus, tmp_path):
