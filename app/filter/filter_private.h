@@ -46,6 +46,7 @@ struct run {
     /* Of the first view, px, negative before the focus; of a picture in windows its
      * largest_radius alone. */
     double least_radius, most_radius, largest_radius;
+    double largest_hit; /* where the depth is finite; 0 in windows */
     bool has_radii;
     struct depth_numbers numbers; /* of the first view */
     struct doubts_tally *doubts;  /* NULL: nobody hears of them, or they were told */

@@ -12,6 +12,7 @@
 #include "common/report.h"
 #include "filter/filter_private.h"
 #include "sources/camera_facts.h"
+#include "sources/depth_doubts.h"
 
 static void append(char *text, size_t n_bytes, const char *word)
 {
@@ -360,9 +361,12 @@ void filter_measure_radii(struct run *run)
         run->has_radii = true;
         run->least_radius = INFINITY;
         run->most_radius = -INFINITY;
+        run->largest_hit = 0;
         for (size_t i = 0; i < n; i++) {
             run->least_radius = fmin(run->least_radius, radii[i]);
             run->most_radius = fmax(run->most_radius, radii[i]);
+            if (isfinite(run->depth[i]))
+                run->largest_hit = fmax(run->largest_hit, fabs((double)radii[i]));
         }
         run->largest_radius = fmax(fabs(run->least_radius), fabs(run->most_radius));
         if (!run->is_deep && run->colour)
@@ -487,16 +491,37 @@ int filter_warn_ends(const struct run *run)
                     image_path(run->source.depth), kind, missing.taken, missing.give);
 }
 
+/* Does the blur of something that has a depth reach the largest radius? What is
+ * infinitely far has an infinite blur before an orthographic camera, and looks the same
+ * from all over the lens. */
+static bool is_cut(const struct run *run)
+{
+    const struct rf_lens *lens = rf_filter_lens(run->filter);
+    const double most = lens->max_radius_px;
+    if (!(run->has_radii || run->windows) || run->largest_radius < most)
+        return false;
+    if (run->params.projection != RF_PROJECTION_ORTHOGRAPHIC)
+        return true;
+    if (run->has_radii)
+        return run->largest_hit >= most;
+    struct doubts_range range = {.n_hits = 0};
+    if (run->doubts)
+        doubts_find_range(run->doubts, &range);
+    return range.n_hits > 0 && (fabs(rf_lens_radius_px(lens, range.nearest)) >= most ||
+                                fabs(rf_lens_radius_px(lens, range.farthest)) >= most);
+}
+
 int filter_warn_cut(const struct run *run)
 {
+    const struct filter_options *tool = run->tool;
     const double most = rf_filter_lens(run->filter)->max_radius_px;
-    if (!(run->has_radii || run->windows) || run->settings->params.max_radius > 0 ||
-        run->largest_radius < most)
+    if (run->settings->params.max_radius > 0 || !is_cut(run))
         return APP_DONE;
-    return app_warn(run->tool->host, run->error,
+    return app_warn(tool->host, run->error,
                     "%s: the blur is cut at a radius of %.4g px, half the longer side; "
                     "--max-radius allows more, up to 16384",
-                    image_path(run->source.colour), most);
+                    tool->scene ? tool->scene : image_path(run->source.colour),
+                    tool->scene_samples > 1 ? most / tool->scene_samples : most);
 }
 
 /* ---- other layers -----------------------------------------------------------------

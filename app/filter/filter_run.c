@@ -510,8 +510,8 @@ static int warn_facts(struct run *run)
     if (code == APP_DONE)
         code = filter_warn_ends(run);
     if (code == APP_DONE)
-        code = filter_warn_doubts(run);
-    return code == APP_DONE ? filter_warn_cut(run) : code;
+        code = filter_warn_cut(run);
+    return code == APP_DONE ? filter_warn_doubts(run) : code;
 }
 
 static int say_done(struct run *run)

@@ -431,6 +431,7 @@ static int filter_passes(struct povray_job *job, const char *picture)
         .type = is_whole ? FILTER_TYPE_HALF : FILTER_TYPE_FLOAT,
         .distribution_image = job->tool->distribution_image,
         .scene = job->options.scene,
+        .scene_samples = job->passes.supersample,
         .n_threads = job->tool->n_threads,
         .host = &host.host};
     struct settings settings = job->settings;

@@ -193,3 +193,34 @@ def test_nothing_is_in_focus(rackfocus, tmp_path):
     focus = ["--focus-distance", 2]
     said = rackfocus(*command[:4], *focus, *command[4:], cwd=tmp_path).stderr
     assert "in focus" not in said
+
+
+def test_a_blur_that_is_cut(rackfocus, tmp_path):
+    """Of things, with the scene's name and the picture's px; not of a far background."""
+    camera = "orthographic location <3,3,-6> look_at y right 8*x up 6*y focal_point y"
+    (tmp_path / "s.pov").write_text(
+        scene(f"{camera} aperture 0.5", world="sphere { y,1 pigment { rgb 1 } }")
+    )
+    command = ["povray", "s.pov", "-o", "o.exr", "--overscan", "0"]
+    for views in ("1", "2"):
+        done = rackfocus(*command, "--views", views, "--", *SIZE, cwd=tmp_path)
+        assert "is cut" not in done.stderr
+    done = rackfocus(*command, "--aperture", "900", "--", *SIZE, cwd=tmp_path)
+    half = max(int(option[2:]) for option in SIZE) // 2
+    assert f"s.pov: the blur is cut at a radius of {half} px, half" in done.stderr
+
+
+def test_a_far_background_of_a_file_is_not_cut(rackfocus, tmp_path):
+    """Nor where the picture is filtered in windows, here in too little memory."""
+    camera = "orthographic location <3,3,-6> look_at y right 8*x up 6*y focal_point y"
+    (tmp_path / "s.pov").write_text(
+        scene(f"{camera} aperture 0.5", world="sphere { y,1 pigment { rgb 1 } }")
+    )
+    rackfocus("povray", "s.pov", "-o", "o.exr", "--keep", "p", "--", *SIZE,
+              cwd=tmp_path)  # fmt: skip
+    for code, more in enumerate(([], ["--max-memory", "1"])):
+        for radius, is_cut in (("0.1", False), ("300", True)):
+            done = rackfocus("filter", "p/passes.exr", "-o", "o.exr", *more,
+                             "--lens-radius", radius, code=code,
+                             cwd=tmp_path)  # fmt: skip
+            assert ("is cut" in done.stderr) == is_cut
