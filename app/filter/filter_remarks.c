@@ -51,7 +51,7 @@ static const char *why_unread(const struct run *run, const struct rf_param_info 
 {
     const char *why_not;
     if (!rf_param_is_read(&run->settings->params, info->key, &why_not))
-        return why_not;
+        return settings_acts(run->settings, info->key) ? NULL : why_not;
     if (is_mean(run) && ((info->group == RF_GROUP_LENS && !has_lens_beside(run)) ||
                          info->group == RF_GROUP_APERTURE))
         return MEAN_HAS_LENS;

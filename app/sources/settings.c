@@ -48,6 +48,22 @@ bool settings_is_by(const struct settings *settings, const char *name,
            strcmp(settings->sources[index_of(name)], attribute) == 0;
 }
 
+bool settings_acts(const struct settings *settings, const char *key)
+{
+    size_t n;
+    char option[64];
+    rf_param_list(&n);
+    snprintf(option, sizeof(option), "--%s", key);
+    for (size_t i = 0; i < n; i++) {
+        const char *at = settings->origins[i] == ORIGIN_DERIVED
+                             ? strstr(settings->sources[i], option)
+                             : NULL;
+        if (at && strchr(",)", at[strlen(option)]))
+            return true;
+    }
+    return false;
+}
+
 void settings_describe_origin(const struct settings *settings, const char *name,
                               char *text, size_t n_bytes)
 {

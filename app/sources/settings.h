@@ -41,6 +41,9 @@ enum origin settings_origin(const struct settings *settings, const char *name);
 bool settings_is_by(const struct settings *settings, const char *name,
                     const char *attribute);
 
+/* Was a fact of the header recomputed from this typed value, which acts through it? */
+bool settings_acts(const struct settings *settings, const char *key);
+
 /* "command line", "header rackfocus:fStop", "default", ... */
 void settings_describe_origin(const struct settings *settings, const char *name,
                               char *text, size_t n_bytes);

@@ -132,6 +132,20 @@ def test_lens_radius_typed(parameters):
     assert found["lens-radius"] == (0.5, "command line")
 
 
+@pytest.mark.parametrize("lens, is_said", [([], False), (["--lens-radius", 0.5], True)])
+@pytest.mark.parametrize("typed", [["--f-stop", "4"], ["--focal-length", "100"]])
+def test_what_scales_a_fact_has_an_effect(
+    rackfocus, scene, tmp_path, typed, lens, is_said
+):
+    """It is hidden by a lens radius that was typed, not by one that it made."""
+    facts = {"focalLength": 50.0, "focalLengthPx": 60.0, "focusDistance": 6.0}
+    more = {f"rackfocus:{name}": value for name, value in facts.items()}
+    path, out = scene(attributes={**LENS, **more}), tmp_path / "out.exr"
+    said = rackfocus("filter", path, "-o", out, *typed, *lens).stderr
+    is_hidden = is_said and typed[0] == "--f-stop"
+    assert (f"{typed[0]}: has no effect" in said) == is_hidden
+
+
 def test_f_stop_without_the_old_one(rackfocus, scene, tmp_path):
     path = scene(attributes={"rackfocus:lensRadius": 0.02})
     out = tmp_path / "out.exr"
