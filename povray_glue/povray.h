@@ -32,6 +32,7 @@ struct povray_camera {
     int32_t blur_samples;    /* 0: POV-Ray draws no blur, whatever the aperture */
     enum povray_focus focus; /* where focus_distance comes from */
     bool is_sharp;           /* the lens is the scene's, and POV-Ray draws none of it */
+    double f_stop;           /* the user's, of which the aperture is; 0: none */
 };
 
 /* What is to be rendered, as POV-Ray's options and initialisation files have it. */
@@ -65,6 +66,12 @@ typedef void (*povray_input_fn)(void *user, const char *text, bool is_file);
 bool povray_list_inputs(const struct povray_plan *plan, povray_input_fn receive,
                         void *user, bool *has_computed);
 
+/* An f-stop, and the lens radius that it is for a perspective and for an orthographic
+ * camera; 0: not known here. */
+struct povray_stop {
+    double f_stop, radius[2];
+};
+
 struct povray_options {
     const char *scene;
     const char *program; /* POV-Ray; NULL: povray on the PATH, or Windows' pvengine */
@@ -75,10 +82,8 @@ struct povray_options {
     /* The lens, where it is not to be the scene's. */
     bool has_aperture, has_focal_point, has_focus_distance;
     double aperture, focal_point[3], focus_distance;
-    /* The user gave an f-stop: the scene's lens is off, and that of a perspective and of
-     * an orthographic camera has these radii; 0: not known here. */
-    bool has_f_stop;
-    double stop_radius[2];
+    bool has_f_stop; /* the user gave one: the scene's lens is off */
+    struct povray_stop stop;
     /* Samples of the passes along a side of each pixel, 1 to 4; 0: as many as the
      * picture needs (povray_render), 1 (views). */
     int32_t supersample;

@@ -273,8 +273,9 @@ bool scene_choose_camera(struct povray_scene *scene, struct povray_error *error)
                "--focus-distance";
     if (what)
         snprintf(error->message, sizeof error->message, "%s: %s", options->scene, what);
+    camera->f_stop = options->has_f_stop ? options->stop.f_stop : 0;
     camera->aperture = options->has_f_stop
-                           ? 4 * options->stop_radius[camera->is_orthographic]
+                           ? 4 * options->stop.radius[camera->is_orthographic]
                            : fabs(camera->aperture);
     return !what && !glue_is_lost();
 }

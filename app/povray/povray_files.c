@@ -57,7 +57,7 @@ static bool find_matrix(const struct povray_camera *camera, double matrix[16])
     return true;
 }
 
-enum { MAX_FACTS = 13 };
+enum { MAX_FACTS = 14 };
 
 /* The facts of the camera for the header; returns their number. `matrix` is for one of
  * them. */
@@ -68,6 +68,8 @@ static int list_facts(const struct povray_passes *passes, enum povray_file kind,
     int n = 0;
     list[n++] = number_attribute("focus-distance", camera->focus_distance);
     list[n++] = number_attribute("lens-radius", camera->aperture / 4);
+    if (camera->f_stop > 0)
+        list[n++] = number_attribute("f-stop", camera->f_stop);
     list[n++] = number_attribute("blend-gamma", passes->gamma);
     list[n++] = text_attribute("depth", "planar");
     list[n++] = text_attribute("projection", camera->is_orthographic ? "orthographic"

@@ -16,28 +16,27 @@ void povray_lens_drop_stop(struct settings *typed)
         settings_take(typed, &plain, names[i]);
 }
 
-bool povray_lens_take_stop(struct settings *typed, double stop_radius[2])
+bool povray_lens_take_stop(struct settings *typed, struct povray_stop *stop)
 {
     const struct rf_params *params = &typed->params;
     if (!is_typed(typed, "f-stop") || is_typed(typed, "lens-radius") ||
         params->optics != RF_OPTICS_CAMERA)
         return false;
     const double unit = (double)params->unit_scale / (2 * (double)params->f_stop);
-    stop_radius[0] = 1e-3 * (double)params->focal_length * unit;
-    stop_radius[1] = unit;
+    *stop = (struct povray_stop){params->f_stop,
+                                 {1e-3 * (double)params->focal_length * unit, unit}};
     povray_lens_drop_stop(typed);
     return true;
 }
 
 void povray_lens_options(struct povray_options *options, const struct settings *typed,
-                         const double stop_radius[2])
+                         const struct povray_stop *stop)
 {
     const struct rf_params *params = &typed->params;
     options->has_aperture = is_typed(typed, "lens-radius");
     options->has_f_stop =
-        stop_radius[0] > 0 || (is_typed(typed, "f-stop") && !options->has_aperture);
-    options->stop_radius[0] = stop_radius[0];
-    options->stop_radius[1] = stop_radius[1];
+        stop->f_stop > 0 || (is_typed(typed, "f-stop") && !options->has_aperture);
+    options->stop = *stop;
     options->aperture = 4 * (double)params->lens_radius;
     options->has_focus_distance = is_typed(typed, "focus-distance");
     options->focus_distance = params->focus_distance;

@@ -8,16 +8,16 @@
 #include "sources/settings.h"
 
 /* An f-stop is the lens' radius for POV-Ray, whose camera has its own field of view.
- * Gives the radius as povray_options has it and drops the f-stop from what was typed;
- * false where none was, or where other optics need the focal length itself. */
-bool povray_lens_take_stop(struct settings *typed, double stop_radius[2]);
+ * Gives both and drops the f-stop from what was typed; false where none was, or where
+ * other optics need the focal length itself. */
+bool povray_lens_take_stop(struct settings *typed, struct povray_stop *stop);
 
 /* Drops the f-stop and what says another field of view than the scene's. */
 void povray_lens_drop_stop(struct settings *typed);
 
-/* The lens and the focus that were typed; stop_radius is what povray_lens_take_stop()
- * gave, else 0. */
+/* The lens and the focus that were typed; *stop is what povray_lens_take_stop() gave,
+ * else zeros. */
 void povray_lens_options(struct povray_options *options, const struct settings *typed,
-                         const double stop_radius[2]);
+                         const struct povray_stop *stop);
 
 #endif

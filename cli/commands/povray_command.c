@@ -283,7 +283,7 @@ bool povray_command_plan(const struct povray_tool *tool,
         .overscan_px = tool->overscan_px < 0 && tool->keep ? 0 : tool->overscan_px,
         .is_cancelled = is_cancelled,
         .n_threads = thread_count(tool->n_threads)};
-    povray_lens_options(made, settings, tool->stop_radius);
+    povray_lens_options(made, settings, &tool->stop);
     made->wants_lens = !made->has_f_stop;
     if (!isnan(tool->aperture)) {
         made->has_aperture = true;
@@ -367,6 +367,6 @@ bool povray_command_check(struct povray_tool *tool, struct settings *settings,
     if (!check_usage(tool, operands) || !check_lens(tool, settings) ||
         !check_reference(tool, settings))
         return false;
-    povray_lens_take_stop(settings, tool->stop_radius);
+    povray_lens_take_stop(settings, &tool->stop);
     return check_views(tool, settings) && check_only_views(tool);
 }

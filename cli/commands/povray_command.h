@@ -17,8 +17,8 @@ struct povray_tool {
     double aperture, shutter;
     int32_t n_views, n_reference, n_threads; /* n_views 0: not given */
     int32_t n_samples, overscan_px;
-    int32_t move;          /* enum povray_move */
-    double stop_radius[2]; /* the lens of a typed f-stop, as povray_options has it */
+    int32_t move;            /* enum povray_move */
+    struct povray_stop stop; /* that was typed */
     bool is_linear, is_camera_only, is_quiet, is_strict, has_subpixel;
     bool is_through_glass;
     bool is_average;        /* the method is accumulate */
@@ -33,7 +33,7 @@ struct povray_frames {
 };
 
 /* Checks what was typed, with a message; chooses the number of views. An f-stop becomes
- * the tool's stop_radius. */
+ * the tool's stop. */
 bool povray_command_check(struct povray_tool *tool, struct settings *settings,
                           const struct operands *operands);
 

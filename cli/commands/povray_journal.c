@@ -19,8 +19,8 @@ static void hash_input(void *user, const char *text, bool is_file)
 /* What was typed, but what the pictures do not depend on: frames, threads, words. */
 static void hash_tool(uint64_t *hash, const struct povray_tool *tool)
 {
-    const double numbers[] = {tool->aperture, tool->shutter, tool->stop_radius[0],
-                              tool->stop_radius[1]};
+    const double numbers[] = {tool->aperture, tool->shutter, tool->stop.f_stop,
+                              tool->stop.radius[0], tool->stop.radius[1]};
     const int32_t integers[] = {
         tool->n_views,      tool->n_reference, tool->n_samples,
         tool->overscan_px,  tool->move,        tool->is_linear,

@@ -195,6 +195,19 @@ def test_nothing_is_in_focus(rackfocus, tmp_path):
     assert "in focus" not in said
 
 
+@pytest.mark.parametrize("camera", ["", "orthographic right 4*x up 3*y"])
+def test_kept_passes_take_another_f_stop(rackfocus, tmp_path, camera):
+    """They know the one that they were rendered for."""
+    (tmp_path / "s.pov").write_text(scene(f"{camera} location <0,1,-5> look_at y"))
+    unit = ["--unit-scale", 0.1 if camera else 10]
+    for name, stop in (("a", 1.4), ("b", 2.8)):
+        rackfocus("povray", "s.pov", "-o", f"{name}.exr", "--f-stop", stop, *unit,
+                  "--keep", name, "--", *SIZE, cwd=tmp_path)  # fmt: skip
+    rackfocus("filter", "a/passes.exr", "-o", "c.exr", "--f-stop", 2.8, "--strict",
+              cwd=tmp_path)  # fmt: skip
+    assert numpy.array_equal(picture(tmp_path / "b.exr"), picture(tmp_path / "c.exr"))
+
+
 def test_a_blur_that_is_cut(rackfocus, tmp_path):
     """Of things, with the scene's name and the picture's px; not of a far background."""
     camera = "orthographic location <3,3,-6> look_at y right 8*x up 6*y focal_point y"

@@ -50,9 +50,9 @@ static void make_scene_options(struct stage *stage, const struct settings *typed
                                  .user = stage,
                                  .n_threads = thread_count(stage->options->n_threads)};
     struct settings lens = *typed;
-    double stop_radius[2] = {0, 0};
-    stage->has_stop = povray_lens_take_stop(&lens, stop_radius);
-    povray_lens_options(o, &lens, stop_radius);
+    struct povray_stop stop = {.f_stop = 0};
+    stage->has_stop = povray_lens_take_stop(&lens, &stop);
+    povray_lens_options(o, &lens, &stop);
     /* One view has no need of a lens; several are taken over one. */
     o->wants_lens = stage->options->n_views > 1 && !stage->has_stop;
 }
@@ -552,7 +552,7 @@ static void append_input_options(struct line *line, const struct view_options *o
 static double rendered_radius(const struct stage *stage, struct settings *left)
 {
     char stop[40];
-    double radii[2] = {0, 0};
+    struct povray_stop shown = {.f_stop = 0};
     const double own = stage->camera.aperture / 4;
     if (own > 0)
         return stage->has_stop || stage->povray_options.has_aperture ? own : 0;
@@ -560,8 +560,8 @@ static double rendered_radius(const struct stage *stage, struct settings *left)
         return left->params.lens_radius;
     snprintf(stop, sizeof(stop), "%.17g", (double)left->params.f_stop);
     settings_set(left, "f-stop", stop, NULL);
-    povray_lens_take_stop(left, radii);
-    return radii[stage->camera.is_orthographic];
+    povray_lens_take_stop(left, &shown);
+    return shown.radius[stage->camera.is_orthographic];
 }
 
 /* Passes that go with the window are rendered again, into a folder that stays. */
