@@ -76,11 +76,21 @@ static rf_result fail_memory(struct rf_error *error, int32_t width, int32_t heig
     return error->code;
 }
 
-static rf_result measure(const struct rf_image *images, const char *const *names,
-                         struct measures *measures, double *flip,
-                         struct rf_error *error)
+/* Two pictures, and what comes of them. */
+struct measuring {
+    struct rf_image images[2];
+    const char *const *names;
+    struct measures measures;
+    double flip;
+    struct rf_error error;
+    rf_result result;
+};
+
+static rf_result measure(struct measuring *m, const bool *stop)
 {
-    rf_result result = check_shapes(images, names, error);
+    const struct rf_image *images = m->images;
+    struct rf_error *error = &m->error;
+    rf_result result = check_shapes(images, m->names, error);
     if (result != RF_OK)
         return result;
     const int32_t width = images[0].width, height = images[0].height;
@@ -91,15 +101,21 @@ static rf_result measure(const struct rf_image *images, const char *const *names
         result = fail_memory(error, width, height);
     for (int i = 0; has_memory && i < 2 && result == RF_OK; i++) {
         pack(&images[i], samples[i]);
-        result = check_finite(samples[i], width, n, names[i], error);
+        result = check_finite(samples[i], width, n, m->names[i], error);
     }
     if (result == RF_OK &&
-        (!measure_pictures(samples[0], samples[1], width, height, measures) ||
-         !flip_measure(samples[0], samples[1], width, height, flip)))
+        (!measure_pictures(samples[0], samples[1], width, height, &m->measures, stop) ||
+         !flip_measure(samples[0], samples[1], width, height, &m->flip, stop)))
         result = fail_memory(error, width, height);
     free(samples[0]);
     free(samples[1]);
     return result;
+}
+
+static void run(void *data, const bool *stop)
+{
+    struct measuring *m = data;
+    m->result = measure(m, stop);
 }
 
 /* The names of the command's JSON; a ratio to a black picture is None. */
@@ -128,17 +144,14 @@ PyObject *plugin_compare(PyObject *module, PyObject *args, PyObject *keywords)
         plugin_close_image(&opened[0]);
         return NULL;
     }
-    const struct rf_image images[2] = {opened[0].image, opened[1].image};
-    struct measures measures;
-    double flip = 0;
-    struct rf_error error;
-    rf_result result;
-    Py_BEGIN_ALLOW_THREADS;
-    result = measure(images, (const char *const *)names, &measures, &flip, &error);
-    Py_END_ALLOW_THREADS;
+    struct measuring m = {.images = {opened[0].image, opened[1].image},
+                          .names = (const char *const *)names};
+    const int status = plugin_run_aside(run, &m);
     plugin_close_image(&opened[0]);
     plugin_close_image(&opened[1]);
-    if (result != RF_OK)
-        return plugin_raise(PyModule_GetState(module), &error);
-    return describe(&measures, flip);
+    if (status < 0)
+        return NULL;
+    if (m.result != RF_OK)
+        return plugin_raise(PyModule_GetState(module), &m.error);
+    return describe(&m.measures, m.flip);
 }

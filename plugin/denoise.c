@@ -100,10 +100,21 @@ int plugin_check_denoiser(struct plugin_denoiser *how, const char *quality)
     return plugin_fail("quality", "must be high, balanced or fast");
 }
 
-/* Runs without Python's lock. */
-static bool run(struct finish *f, const struct plugin_denoiser *how,
-                struct image_error *error)
+/* A run of it. */
+struct run {
+    struct finish *f;
+    const struct plugin_denoiser *how;
+    struct image_error error;
+    bool is_done;
+};
+
+/* Without Python's lock. */
+static void run(void *data, const bool *stop)
 {
+    struct run *r = data;
+    struct finish *f = r->f;
+    const struct plugin_denoiser *how = r->how;
+    struct image_error *error = &r->error;
     const struct rf_image *own = &f->opened[OWN].image;
     const struct finish_picture picture = {.own = f->rgb[OWN],
                                            .ours = f->rgb[OURS],
@@ -114,28 +125,26 @@ static bool run(struct finish *f, const struct plugin_denoiser *how,
                                            .width = own->width,
                                            .height = own->height,
                                            .white = f->white,
-                                           .name = names[OWN]};
+                                           .name = names[OWN],
+                                           .stop = stop};
     struct denoiser *denoiser = denoiser_open(
         how->library, (enum denoise_quality)how->quality, how->n_threads, error);
-    const bool is_done = denoiser && finish_mix(denoiser, &picture, error);
+    r->is_done = denoiser && finish_mix(denoiser, &picture, error);
     denoiser_close(denoiser);
-    return is_done;
 }
 
 /* Runs, copies the results back; -1 with an exception set. */
 static int finish(const struct module_state *state, struct finish *f,
                   const struct plugin_denoiser *how)
 {
-    struct image_error error = {0};
-    bool is_done;
-    Py_BEGIN_ALLOW_THREADS;
-    is_done = run(f, how, &error);
-    Py_END_ALLOW_THREADS;
-    if (!is_done && error.code == IMAGE_NO_MEMORY)
+    struct run r = {.f = f, .how = how};
+    if (plugin_run_aside(run, &r) < 0)
+        return -1;
+    if (!r.is_done && r.error.code == IMAGE_NO_MEMORY)
         PyErr_NoMemory();
-    else if (!is_done)
-        plugin_raise_denoiser(state, error.message);
-    if (!is_done)
+    else if (!r.is_done)
+        plugin_raise_denoiser(state, r.error.message);
+    if (!r.is_done)
         return -1;
     /* Alpha is the own render's. */
     const struct rf_image *own = &f->opened[OWN].image, *out = &f->opened[OUT].image;

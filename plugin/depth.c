@@ -2,7 +2,9 @@
 /* rackfocus.fill_depth(): the holes that fog leaves in a depth. */
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
+#include "common/stop.h"
 #include "module.h"
 
 static int check_shapes(const struct rf_image *depth, const struct rf_image *colour)
@@ -18,14 +20,66 @@ static int check_shapes(const struct rf_image *depth, const struct rf_image *col
     return 0;
 }
 
-/* Fills a packed depth; `stats` receives n_filled, and what there was before. */
-static rf_result fill(struct rf_depth_channel *channel, bool is_always,
-                      struct rf_depth_stats *stats)
+/* Rows that are filled at a time, so that it can be stopped between them. */
+enum { BAND_ROWS = 32, MOST_ROWS = BAND_ROWS + 2 * RF_DEPTH_FILL_REACH };
+
+/* A packed depth that is to be filled. */
+struct filling {
+    struct rf_depth_channel channel;
+    const struct rf_image *depth; /* where it goes */
+    bool is_always;
+    struct rf_depth_stats stats; /* with n_filled, and what there was before */
+    rf_result result;
+};
+
+/* Fills the rows from y on and copies them to the image. `band` has MOST_ROWS rows. */
+static rf_result fill_band(struct filling *f, int32_t y, float *band)
 {
-    rf_result result = rf_depth_measure(NULL, channel, stats, NULL);
-    if (result == RF_OK && (is_always || stats->is_speckled))
-        result = rf_depth_fill(NULL, channel, &stats->n_filled, NULL);
+    const struct rf_depth_channel *all = &f->channel;
+    const int32_t end = y + BAND_ROWS < all->height ? y + BAND_ROWS : all->height;
+    const int32_t from = y > RF_DEPTH_FILL_REACH ? y - RF_DEPTH_FILL_REACH : 0;
+    const int32_t to = end + RF_DEPTH_FILL_REACH < all->height
+                           ? end + RF_DEPTH_FILL_REACH
+                           : all->height;
+    const size_t width = (size_t)all->width;
+    struct rf_depth_channel part = *all;
+    part.depth = memcpy(band, all->depth + (size_t)from * width,
+                        (size_t)(to - from) * width * sizeof(float));
+    part.colour.data = (char *)all->colour.data + from * all->colour.row_bytes;
+    part.colour.height = part.height = to - from;
+    size_t n_changed = 0;
+    const rf_result result = rf_depth_fill(NULL, &part, &n_changed, NULL);
+    struct rf_image image = *f->depth;
+    image.data = (char *)image.data + y * image.row_bytes;
+    image.height = end - y;
+    band += (size_t)(y - from) * width;
+    const float *before = all->depth + (size_t)y * width;
+    for (size_t i = 0; result == RF_OK && i < (size_t)(end - y) * width; i++)
+        f->stats.n_filled += !isnan(before[i]) && band[i] != before[i];
+    if (result == RF_OK && n_changed > 0)
+        plugin_copy_pixels(&image, 1, band, true);
     return result;
+}
+
+static rf_result fill(struct filling *f, const bool *stop)
+{
+    rf_result result = rf_depth_measure(NULL, &f->channel, &f->stats, NULL);
+    if (result != RF_OK || !(f->is_always || f->stats.is_speckled))
+        return result;
+    float *band = calloc((size_t)f->channel.width, MOST_ROWS * sizeof *band);
+    if (!band)
+        return RF_ERROR_MEMORY;
+    for (int32_t y = 0; y < f->channel.height && result == RF_OK && !is_stopped(stop);
+         y += BAND_ROWS)
+        result = fill_band(f, y, band);
+    free(band);
+    return result;
+}
+
+static void run(void *data, const bool *stop)
+{
+    struct filling *f = data;
+    f->result = fill(f, stop);
 }
 
 /* The same of images, as fill_depth() returns it. */
@@ -33,23 +87,22 @@ static PyObject *fill_images(const struct rf_image *depth,
                              const struct rf_image *colour, double infinity,
                              bool is_always)
 {
-    struct rf_depth_stats stats = {.size = sizeof stats};
-    rf_result result;
     if (check_shapes(depth, colour) < 0)
         return NULL;
-    struct rf_depth_channel channel = {plugin_packed(depth, 1), *colour, depth->width,
-                                       depth->height, infinity};
-    if (!channel.depth)
+    struct filling f = {.channel = {plugin_packed(depth, 1), *colour, depth->width,
+                                    depth->height, infinity},
+                        .depth = depth,
+                        .is_always = is_always,
+                        .stats = {.size = sizeof f.stats}};
+    if (!f.channel.depth)
         return NULL;
-    Py_BEGIN_ALLOW_THREADS;
-    result = fill(&channel, is_always, &stats);
-    if (result == RF_OK && stats.n_filled > 0)
-        plugin_copy_pixels(depth, 1, channel.depth, true);
-    Py_END_ALLOW_THREADS;
-    free(channel.depth);
-    if (result != RF_OK)
+    const int status = plugin_run_aside(run, &f);
+    free(f.channel.depth);
+    if (status < 0)
+        return NULL;
+    if (f.result != RF_OK)
         return PyErr_NoMemory();
-    return Py_BuildValue("(nd)", (Py_ssize_t)stats.n_filled, stats.hole_share);
+    return Py_BuildValue("(nd)", (Py_ssize_t)f.stats.n_filled, f.stats.hole_share);
 }
 
 PyObject *plugin_fill_depth(PyObject *module, PyObject *args, PyObject *keywords)

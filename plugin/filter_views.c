@@ -2,8 +2,7 @@
 /* Several views of one frame, as Python gives them; the progress of work on them. */
 #include "module.h"
 
-/* -1 with an exception set, which may be that of a signal. */
-static int is_main_thread(void)
+int plugin_is_main_thread(void)
 {
     PyObject *module = PyImport_ImportModule("threading");
     PyObject *thread = module ? PyObject_CallMethod(module, "main_thread", NULL) : NULL;
@@ -17,7 +16,7 @@ static int is_main_thread(void)
 
 int plugin_start_progress(struct plugin_progress *progress, PyObject *function)
 {
-    const int is_main = is_main_thread();
+    const int is_main = plugin_is_main_thread();
     if (is_main < 0)
         return -1;
     *progress =

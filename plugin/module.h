@@ -165,6 +165,21 @@ void plugin_end_progress(struct plugin_progress *progress);
 /* Of struct rf_progress; `user` is a struct plugin_progress. */
 bool plugin_report(void *user, double fraction);
 
+/* -1 with an exception set, which may be that of a signal. */
+int plugin_is_main_thread(void);
+
+/* ---- aside.c ------------------------------------------------------------------- */
+
+/* Returns early once *stop is true, which another thread makes it; `stop` may be NULL. */
+typedef void (*plugin_work)(void *data, const bool *stop);
+
+/*
+ * Does work without Python's lock; where Python handles signals on this thread, their
+ * handlers run meanwhile. 0, or -1 with an exception set: what a handler raised, and the
+ * work ended early.
+ */
+int plugin_run_aside(plugin_work work, void *data);
+
 /* ---- filter_seen.c ------------------------------------------------------------- */
 
 /* Lights of a frame that are seen in mirrors or through glass, and their depths. */

@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "common/report.h"
+#include "common/stop.h"
 #include "denoise/denoise_grain.h"
 #include "denoise/denoise_lamps.h"
 #include "library.h"
@@ -39,6 +40,9 @@ struct denoiser {
     void (*commit_filter)(void *filter);
     void (*execute_filter)(void *filter);
     void (*release_filter)(void *filter);
+    void (*set_monitor)(void *filter, bool (*ask)(void *user, double fraction),
+                        void *user);
+    const bool *stop; /* see denoiser_stop_at() */
 };
 
 /* Names that the library has; version 1 had others for two functions. */
@@ -58,6 +62,8 @@ static const struct {
     {offsetof(struct denoiser, commit_filter), "oidnCommitFilter", NULL},
     {offsetof(struct denoiser, execute_filter), "oidnExecuteFilter", NULL},
     {offsetof(struct denoiser, release_filter), "oidnReleaseFilter", NULL},
+    {offsetof(struct denoiser, set_monitor), "oidnSetFilterProgressMonitorFunction",
+     NULL},
 };
 
 static const char *const library_names[] = {
@@ -154,6 +160,11 @@ void denoiser_close(struct denoiser *d)
     free(d);
 }
 
+void denoiser_stop_at(struct denoiser *d, const bool *stop)
+{
+    d->stop = stop;
+}
+
 /* ---- pictures -------------------------------------------------------------------- */
 
 void denoise_free_guides(struct denoise_guides *guides)
@@ -181,6 +192,14 @@ static void set_packed(struct denoiser *d, void *filter, const char *name,
             (part->y * width + part->x) * pixel, step * pixel, step * width * pixel);
 }
 
+/* Whether to go on, on any thread. */
+static bool goes_on(void *user, double fraction)
+{
+    const struct denoiser *d = user;
+    (void)fraction;
+    return !is_stopped(d->stop);
+}
+
 /* Runs a filter that has its images, and releases it. */
 static bool execute(struct denoiser *d, void *filter, const struct part *part,
                     struct image_error *error)
@@ -188,6 +207,8 @@ static bool execute(struct denoiser *d, void *filter, const struct part *part,
     const char *text = NULL;
     if (d->quality != DENOISE_HIGH) /* which it has by default, and always had */
         d->set_int(filter, "quality", QUALITIES[d->quality]);
+    if (d->stop)
+        d->set_monitor(filter, goes_on, d);
     d->commit_filter(filter);
     d->execute_filter(filter);
     d->release_filter(filter);

@@ -31,6 +31,10 @@ struct denoiser *denoiser_open(const char *library, enum denoise_quality quality
                                int n_threads, struct image_error *error);
 void denoiser_close(struct denoiser *denoiser);
 
+/* Ends what denoises early, with an error, once another thread makes *stop true; NULL:
+ * none does. */
+void denoiser_stop_at(struct denoiser *denoiser, const bool *stop);
+
 /* Noise-free or nearly so, of the picture's size, packed RGB; NULL: not known. */
 struct denoise_guides {
     float *albedo; /* 0 to 1 */

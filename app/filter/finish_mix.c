@@ -32,6 +32,7 @@
 #include <string.h>
 
 #include "common/report.h"
+#include "common/stop.h"
 #include "denoise/denoise.h"
 
 /* SIGMA_PX: 1 is as good on average, 2 loses 0.1 dB. GRAIN_SIGMA_PX: 1.4 loses 0.3.
@@ -89,11 +90,13 @@ static int clamp(int v, int most)
 }
 
 /* Gaussian mean of a plane in place, its edges repeated; `room` is as large. */
-static void smooth(float *plane, float *room, int width, int height, double sigma)
+static void smooth(const struct finish_picture *p, float *plane, float *room,
+                   double sigma)
 {
+    const int width = p->width, height = p->height;
     float weights[2 * MOST_REACH + 1];
     const int reach = make_gaussian(sigma, weights);
-    for (int y = 0; y < height; y++)
+    for (int y = 0; y < height && !is_stopped(p->stop); y++)
         for (int x = 0; x < width; x++) {
             float sum = 0;
             for (int i = -reach; i <= reach; i++)
@@ -102,7 +105,7 @@ static void smooth(float *plane, float *room, int width, int height, double sigm
                     plane[(size_t)y * (size_t)width + (size_t)clamp(x + i, width - 1)];
             room[(size_t)y * (size_t)width + (size_t)x] = sum;
         }
-    for (int y = 0; y < height; y++) {
+    for (int y = 0; y < height && !is_stopped(p->stop); y++) {
         float *row = plane + (size_t)y * (size_t)width;
         memset(row, 0, (size_t)width * sizeof(*row));
         for (int i = -reach; i <= reach; i++) {
@@ -125,7 +128,7 @@ static void find_means(const struct finish_picture *p, const float *denoised,
     const size_t n = n_pixels(p);
     for (size_t i = 0; i < n; i++)
         to->slope[i] = fmaxf(p->ours[3 * i + (size_t)channel] / p->white, 0);
-    smooth(to->slope, to->room, p->width, p->height, SIGMA_PX);
+    smooth(p, to->slope, to->room, SIGMA_PX);
     for (size_t i = 0; i < n; i++) {
         const size_t k = 3 * i + (size_t)channel;
         const float slope = display_slope(to->slope[i]) / p->white;
@@ -134,9 +137,9 @@ static void find_means(const struct finish_picture *p, const float *denoised,
         to->rest[i] = slope * (p->apart ? p->apart[k] : p->own[k] - denoised[k]);
         to->square[i] = to->rest[i] * to->rest[i];
     }
-    smooth(to->mean, to->room, p->width, p->height, SIGMA_PX);
-    smooth(to->rest, to->room, p->width, p->height, GRAIN_SIGMA_PX);
-    smooth(to->square, to->room, p->width, p->height, GRAIN_SIGMA_PX);
+    smooth(p, to->mean, to->room, SIGMA_PX);
+    smooth(p, to->rest, to->room, GRAIN_SIGMA_PX);
+    smooth(p, to->square, to->room, GRAIN_SIGMA_PX);
     const double n_averaged = 4 * 3.14159265358979 * SIGMA_PX * SIGMA_PX;
     for (size_t i = 0; i < n; i++) {
         const double rest = p->apart ? 0 : (double)to->rest[i];
@@ -160,8 +163,8 @@ static void mix_channel(const struct finish_picture *p, const float *denoised,
         weight[i] = (float)(b2 / (b2 + grain));
         ours[i] = (float)b2;
     }
-    smooth(weight, with->room, p->width, p->height, SIGMA_PX);
-    smooth(ours, with->room, p->width, p->height, SIGMA_PX);
+    smooth(p, weight, with->room, SIGMA_PX);
+    smooth(p, ours, with->room, SIGMA_PX);
     for (size_t i = 0; i < n; i++) {
         const size_t k = 3 * i + (size_t)channel;
         const float w = weight[i], left = 1 - w;
@@ -269,10 +272,11 @@ bool finish_mix(struct denoiser *denoiser, const struct finish_picture *p,
     denoise_judge_grain(denoiser, &own,
                         &(struct denoise_guides){.albedo = (float *)p->albedo,
                                                  .normal = (float *)p->normal});
+    denoiser_stop_at(denoiser, p->stop);
     memset(room.sum, 0, 3 * n * sizeof(float));
     const bool is_done = denoise_own(denoiser, p, &room, error);
-    for (int c = 0; c < 3 && is_done; c++)
+    for (int c = 0; c < 3 && is_done && !is_stopped(p->stop); c++)
         mix_channel(p, room.sum, c, &planes);
     free(all);
-    return is_done;
+    return is_done && !is_stopped(p->stop);
 }

@@ -22,6 +22,7 @@ struct finish_picture {
     int32_t width, height;
     float white;      /* luminance that is shown as white, a power of two */
     const char *name; /* of the own picture, for errors */
+    const bool *stop; /* another thread makes it true to end this early; NULL: none */
 };
 
 /*
@@ -30,7 +31,8 @@ struct finish_picture {
  */
 bool finish_join_halves(float *own, float *half, size_t n);
 
-/* False where the denoiser fails or memory is missing: `ours` is then what it was. */
+/* False where the denoiser fails, memory is missing or it is stopped: `ours` is then no
+ * result. */
 bool finish_mix(struct denoiser *denoiser, const struct finish_picture *picture,
                 struct image_error *error);
 

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "common/stop.h"
 #include "measure/measure.h"
 #include "parallel.h"
 
@@ -179,6 +180,7 @@ struct comparison {
     int32_t width, height;
     double *row_sums; /* FLIP of each row */
     bool *is_done;    /* rows that had memory */
+    const bool *stop;
 };
 
 enum made {
@@ -303,7 +305,7 @@ static void measure_rows(void *data, int64_t begin, int64_t end, int thread)
         lines[i / N_MADE].column = memory;
         lines[i / N_MADE].made[i % N_MADE] = memory + n_column + (size_t)i * n;
     }
-    for (int64_t y = begin; memory && y < end; y++) {
+    for (int64_t y = begin; memory && y < end && !is_stopped(c->stop); y++) {
         filter_picture(c, 0, (int32_t)y, &lines[0]);
         filter_picture(c, 1, (int32_t)y, &lines[1]);
         double sum = 0;
@@ -330,9 +332,10 @@ static void observe_rows(void *data, int64_t begin, int64_t end, int thread)
 }
 
 bool flip_measure(const float *a, const float *b, int32_t width, int32_t height,
-                  double *flip)
+                  double *flip, const bool *stop)
 {
-    struct comparison c = {.rgb = {a, b}, .width = width, .height = height};
+    struct comparison c = {
+        .rgb = {a, b}, .width = width, .height = height, .stop = stop};
     const size_t n = (size_t)width * (size_t)height;
     float *planes = malloc(6 * n * sizeof *planes);
     c.row_sums = calloc((size_t)height, sizeof *c.row_sums);

@@ -18,9 +18,10 @@
 
 /*
  * The mean over the pixels of FLIP, 0 (alike) to 1, of packed linear RGB, width *
- * height * 3 each, without NaN; primaries and white of sRGB. False without memory.
+ * height * 3 each, without NaN; primaries and white of sRGB. False without memory, or
+ * where another thread set `stop` (may be NULL), which ends it early.
  */
 bool flip_measure(const float *a, const float *b, int32_t width, int32_t height,
-                  double *flip);
+                  double *flip, const bool *stop);
 
 #endif

@@ -4,6 +4,7 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "common/stop.h"
 #include "parallel.h"
 
 double measure_tone(double value)
@@ -140,7 +141,7 @@ static double sum_row(const struct window *window, int32_t skip)
 
 /* Mean over the window's places; the border is left out where the picture allows. */
 static bool channel_ssim(const float *a, const float *b, int32_t width, int32_t height,
-                         double *ssim)
+                         double *ssim, const bool *stop)
 {
     struct window window = {.a = a, .b = b, .width = width, .height = height};
     const size_t row = (size_t)width;
@@ -154,7 +155,7 @@ static bool channel_ssim(const float *a, const float *b, int32_t width, int32_t 
     const int32_t skip_x = width < TAPS ? 0 : RADIUS;
     const int32_t skip_y = height < TAPS ? 0 : RADIUS;
     double sum = 0;
-    for (int32_t y = skip_y; is_good && y < height - skip_y; y++) {
+    for (int32_t y = skip_y; is_good && y < height - skip_y && !is_stopped(stop); y++) {
         filter_column(&window, y);
         sum += sum_row(&window, skip_x);
     }
@@ -162,28 +163,33 @@ static bool channel_ssim(const float *a, const float *b, int32_t width, int32_t 
     free(window.wide);
     free(window.moments);
     *ssim = sum / ((double)(width - 2 * skip_x) * (height - 2 * skip_y));
-    return is_good;
+    return is_good && !is_stopped(stop);
 }
 
 struct toning {
     const float *samples;
     float *toned;
+    const bool *stop;
 };
+
+enum { TONED_PART = 1 << 16 };
 
 static void tone_some(void *data, int64_t begin, int64_t end, int thread)
 {
     const struct toning *t = data;
+    if (is_stopped(t->stop))
+        return;
     for (int64_t i = begin; i < end; i++)
         t->toned[i] = (float)measure_tone(t->samples[i]);
 }
 
-static float *tone_mapped(const float *samples, size_t n)
+static float *tone_mapped(const float *samples, size_t n, const bool *stop)
 {
     float *toned = malloc((n ? n : 1) * sizeof(*toned));
     if (!toned)
         return NULL;
-    struct toning t = {samples, toned};
-    os_parallel(0, (int64_t)n, 0, tone_some, &t);
+    struct toning t = {samples, toned, stop};
+    os_parallel(0, (int64_t)n, TONED_PART, tone_some, &t);
     return toned;
 }
 
@@ -193,6 +199,7 @@ struct likeness {
     int32_t width, height;
     double ssim[3];
     bool are_good[3];
+    const bool *stop;
 };
 
 static void compare_channels(void *data, int64_t begin, int64_t end, int thread)
@@ -200,13 +207,14 @@ static void compare_channels(void *data, int64_t begin, int64_t end, int thread)
     struct likeness *l = data;
     for (int64_t c = begin; c < end; c++)
         l->are_good[c] =
-            channel_ssim(l->a + c, l->b + c, l->width, l->height, &l->ssim[c]);
+            channel_ssim(l->a + c, l->b + c, l->width, l->height, &l->ssim[c], l->stop);
 }
 
 static bool mean_ssim(const float *a, const float *b, int32_t width, int32_t height,
-                      double *ssim)
+                      double *ssim, const bool *stop)
 {
-    struct likeness l = {.a = a, .b = b, .width = width, .height = height};
+    struct likeness l = {
+        .a = a, .b = b, .width = width, .height = height, .stop = stop};
     os_parallel(0, 3, 1, compare_channels, &l);
     *ssim = (l.ssim[0] + l.ssim[1] + l.ssim[2]) / 3;
     return l.are_good[0] && l.are_good[1] && l.are_good[2];
@@ -247,12 +255,13 @@ static void find_maximum(struct measures *measures, const float *a, const float 
 }
 
 bool measure_pictures(const float *a, const float *b, int32_t width, int32_t height,
-                      struct measures *measures)
+                      struct measures *measures, const bool *stop)
 {
     const size_t n = 3 * (size_t)width * (size_t)height;
-    float *toned_a = tone_mapped(a, n), *toned_b = toned_a ? tone_mapped(b, n) : NULL;
+    float *toned_a = tone_mapped(a, n, stop);
+    float *toned_b = toned_a ? tone_mapped(b, n, stop) : NULL;
     const bool is_good =
-        toned_b && mean_ssim(toned_a, toned_b, width, height, &measures->ssim);
+        toned_b && mean_ssim(toned_a, toned_b, width, height, &measures->ssim, stop);
     struct sums sums = {0};
     for (size_t i = 0; is_good && i < n; i++)
         add_sample(&sums, a[i], b[i], (double)toned_a[i] - toned_b[i]);

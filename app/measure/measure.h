@@ -30,9 +30,10 @@ struct measures {
     int max_channel;
 };
 
-/* Packed RGB floats, width * height * 3 each; no NaN. False without memory. */
+/* Packed RGB floats, width * height * 3 each; no NaN. False without memory, or where
+ * another thread set `stop` (may be NULL), which ends it early. */
 bool measure_pictures(const float *a, const float *b, int32_t width, int32_t height,
-                      struct measures *measures);
+                      struct measures *measures, const bool *stop);
 
 /* tPSNR alone, which takes a small part of the time; NAN without memory. */
 double measure_tpsnr(const float *a, const float *b, int32_t width, int32_t height);

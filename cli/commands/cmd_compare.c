@@ -142,8 +142,9 @@ static int compare(const struct compare_options *tool, const char *path_a,
     warn_of_aspect(path_a, a, path_b, b);
     struct measures measures;
     double flip;
-    if (!measure_pictures(a->samples, b->samples, a->width, a->height, &measures) ||
-        !flip_measure(a->samples, b->samples, a->width, a->height, &flip))
+    if (!measure_pictures(a->samples, b->samples, a->width, a->height, &measures,
+                          NULL) ||
+        !flip_measure(a->samples, b->samples, a->width, a->height, &flip, NULL))
         return exit_without_memory();
     measures.max_x += a->window.min_x;
     measures.max_y += a->window.min_y;

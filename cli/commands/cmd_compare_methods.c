@@ -313,8 +313,9 @@ static int run_entry(struct comparison *c, int index)
     if (e->method >= 0 && run_method(c, e, &error) != RF_OK)
         return fail_core(c, &error);
     take_rgb(c, e->method >= 0 ? c->out : c->colour);
-    if (!measure_pictures(c->rgb, c->reference.samples, width, height, &e->measures) ||
-        !flip_measure(c->rgb, c->reference.samples, width, height, &e->flip))
+    if (!measure_pictures(c->rgb, c->reference.samples, width, height, &e->measures,
+                          NULL) ||
+        !flip_measure(c->rgb, c->reference.samples, width, height, &e->flip, NULL))
         return exit_without_memory();
     e->leak_percent = measure_leak(c);
     struct image_error image_error;

@@ -146,7 +146,7 @@ int povray_compare_reference(struct povray_job *job, const char *output, double 
         memmove(rgba + 3 * i, rgba + 4 * i, 3 * sizeof(float));
     struct measures measures;
     const bool is_measured = measure_pictures(picture.samples, rgba, picture.width,
-                                              picture.height, &measures);
+                                              picture.height, &measures, NULL);
     printf("POV-Ray's focal blur, %d samples: %.2f s\n", job->tool->n_reference,
            seconds);
     const bool is_faster = own_s <= seconds;

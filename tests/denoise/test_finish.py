@@ -418,3 +418,45 @@ def test_no_guide_is_spoken_of_first(rackfocus, tmp_path):
     first, *rest = done.stderr.splitlines()
     assert "own.exr: has no albedo and no guide is given" in first
     assert "Open Image Denoise" in rest[0]
+
+
+SIGNALS = """
+import signal
+import sys
+import numpy as np
+import rackfocus
+
+called = []
+
+
+class Stopped(Exception):
+    pass
+
+
+def stop(number, frame):
+    called.append(number)
+    if len(called) == 3:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        raise Stopped
+
+
+own = np.random.default_rng(1).random((800, 1200, 3), np.float32)
+ours = np.full_like(own, 0.5)
+out = np.full_like(own, np.nan)
+signal.signal(signal.SIGALRM, stop)
+signal.setitimer(signal.ITIMER_REAL, 0.02, 0.02)
+try:
+    rackfocus.finish(own, ours, out, library=sys.argv[1])
+except Stopped:
+    assert np.isnan(out).all()
+else:
+    raise AssertionError(f"{len(called)} signals were handled")
+"""
+
+
+def test_signals_end_it_in_python(oidn, package):
+    """Handlers run while it works: more than once, where one comes each 20 ms."""
+    environment = {k: v for k, v in os.environ.items() if k != "RACKFOCUS_OIDN"}
+    environment["PYTHONPATH"] = str(package)
+    line = [sys.executable, "-c", SIGNALS, oidn]
+    subprocess.run(line, check=True, env=environment)
