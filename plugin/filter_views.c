@@ -36,7 +36,7 @@ void plugin_end_progress(struct plugin_progress *progress)
 static int ask(PyObject *function, double fraction)
 {
     PyObject *answer = PyObject_CallFunction(function, "d", fraction);
-    const int goes_on = answer ? answer == Py_None || PyObject_IsTrue(answer) : -1;
+    const int goes_on = !answer ? -1 : answer == Py_None ? 1 : PyObject_IsTrue(answer);
     Py_XDECREF(answer);
     return goes_on;
 }

@@ -22,6 +22,14 @@ static bool is_other_float(const Py_buffer *buffer)
     return *format && strchr("efdg", *format) && !format[1];
 }
 
+/* Whole numbers of any size and order. */
+static bool is_whole(const Py_buffer *buffer)
+{
+    const char *format = buffer->format ? buffer->format : "B";
+    format += *format && strchr("@=<>!", *format) != NULL;
+    return *format && strchr("bBhHiIlLqQ", *format) && !format[1];
+}
+
 static int fail_format(const Py_buffer *buffer, const char *name, bool is_writable)
 {
     const char *format = buffer->format ? buffer->format : "B";
@@ -35,6 +43,13 @@ static int fail_format(const Py_buffer *buffer, const char *name, bool is_writab
                      "%s: samples must be 32 bit floats, not of the format '%s'; give "
                      "%s.astype(numpy.float32)",
                      name, format, name);
+    else if (is_whole(buffer))
+        PyErr_Format(
+            PyExc_TypeError,
+            "%s: samples must be 32 bit floats, not of the format '%s'; give "
+            "%s.astype(numpy.float32), made into what it stands for: distances, "
+            "or scene-linear light, of 8 bits about (%s / 255) ** 2.2",
+            name, format, name, name);
     else
         PyErr_Format(PyExc_TypeError,
                      "%s: samples must be 32 bit floats, not of the format '%s'", name,

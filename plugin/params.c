@@ -1,5 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The core's tables as Python objects, and keywords as parameters. */
+#include <string.h>
+
 #include "module.h"
 
 static const char *const type_names[] = {
@@ -103,10 +105,7 @@ static int set_number(const struct module_state *state, struct rf_params *params
 {
     struct rf_error error;
     double number = PyFloat_AsDouble(value);
-    if (number == -1 && PyErr_Occurred() && !rf_param_find(name)) {
-        PyErr_Clear(); /* its value does not matter */
-        number = 0;
-    } else if (number == -1 && PyErr_Occurred()) {
+    if (number == -1 && PyErr_Occurred()) {
         PyErr_Format(PyExc_TypeError, "%s: a number or a text is needed", name);
         return -1;
     }
@@ -115,6 +114,44 @@ static int set_number(const struct module_state *state, struct rf_params *params
         return -1;
     }
     return 0;
+}
+
+/* The parameter that was probably meant: the first that begins so, or the most alike one;
+ * a new reference. NULL, without an exception: there is none. */
+static PyObject *nearest(const char *name)
+{
+    size_t n;
+    const struct rf_param_info *infos = rf_param_list(&n);
+    for (size_t i = 0; i < n; i++)
+        if (name[0] && strncmp(infos[i].field, name, strlen(name)) == 0)
+            return PyUnicode_FromString(infos[i].field);
+    PyObject *module = PyImport_ImportModule("difflib"), *names = PyList_New(0);
+    for (size_t i = 0; i < n && names; i++) {
+        PyObject *field = PyUnicode_FromString(infos[i].field);
+        if (!field || PyList_Append(names, field) < 0)
+            Py_CLEAR(names);
+        Py_XDECREF(field);
+    }
+    PyObject *found = module && names ? PyObject_CallMethod(module, "get_close_matches",
+                                                            "sOid", name, names, 1, 0.6)
+                                      : NULL;
+    PyObject *first = found ? PySequence_GetItem(found, 0) : NULL;
+    Py_XDECREF(found);
+    Py_XDECREF(names);
+    Py_XDECREF(module);
+    PyErr_Clear();
+    return first;
+}
+
+static int fail_name(const char *name)
+{
+    PyObject *other = nearest(name);
+    if (other)
+        plugin_fail(name, "there is no parameter %s; did you mean %U?", name, other);
+    else
+        plugin_fail(name, "there is no parameter %s; parameters() lists them", name);
+    Py_XDECREF(other);
+    return -1;
 }
 
 int plugin_read_params(const struct module_state *state, PyObject *keywords,
@@ -127,6 +164,8 @@ int plugin_read_params(const struct module_state *state, PyObject *keywords,
         const char *name = PyUnicode_AsUTF8AndSize(key, NULL);
         if (!name)
             return -1;
+        if (!rf_param_find(name))
+            return fail_name(name);
         int status = PyUnicode_Check(value) ? set_text(state, params, name, value)
                                             : set_number(state, params, name, value);
         if (status < 0)

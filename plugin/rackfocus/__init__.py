@@ -216,6 +216,8 @@ def _shape(name, picture):
         )
     if (*shape, 1)[2] not in (1, 3, 4):
         message = f"has {shape[2]} channels; 1, 3 or 4 can be filtered"
+        if shape[0] in (1, 3, 4):
+            message += f". Are they the first axis? Give {name}.transpose(1, 2, 0)"
         raise parameter_error(name, message)
     return shape
 
