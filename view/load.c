@@ -267,8 +267,10 @@ void load_end(struct app *app)
     remember_file(app, stage->files->paths[0]);
     name_window(app, stage->files->paths[0]);
     save_default_name(app);
-    if (stage->remark[0])
+    if (stage->remark[0]) {
         view_say(app, "%s", stage->remark);
+        message("%s: %s", stage->files->paths[0], stage->remark);
+    }
     check_reference(app);
     trace_text(app, "loaded", stage->files->paths[0]);
 }

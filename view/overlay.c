@@ -234,13 +234,28 @@ static void describe_place(const struct app *app, char *text, size_t n_bytes)
              fabs(radius), where);
 }
 
+/* A warning that is wider than its line, over the picture in as many as it takes. */
+static void draw_long(struct app *app, const char *text)
+{
+    struct ui *ui = &app->ui;
+    const struct area picture = view_picture_area(app);
+    const int pad = app->font.size_px / 2;
+    struct area at = {picture.x + pad, 0, picture.width - 2 * pad, 0};
+    const int height = ui_draw_wrapped(ui, NULL, &at, text, WARN);
+    at.y = picture.y + picture.height - height - pad;
+    ui_draw_box(ui, &ui->above,
+                &(struct area){picture.x, at.y - pad, picture.width, height + 2 * pad},
+                GROUND);
+    ui_draw_wrapped(ui, &ui->above, &at, text, WARN);
+}
+
 static void draw_status(struct app *app)
 {
     struct ui *ui = &app->ui;
     const struct area area = view_status_area(app);
     const int pad = app->font.size_px / 2,
               top = area.y + (area.height - app->font.line) / 2;
-    char left[1200] = "", right[128];
+    char left[2400] = "", right[128];
     uint32_t colour = TEXT;
     describe_shot(app, right, sizeof(right));
     if (app->loader.is_running)
@@ -256,8 +271,11 @@ static void draw_status(struct app *app)
         colour = WARN;
     trace_place(app, left);
     const int right_width = font_width(&app->font, right, SIZE_MAX);
-    ui_draw_text(ui, &ui->above, area.x + pad, top, area.width - right_width - 3 * pad,
-                 left, colour);
+    const int left_width = area.width - right_width - 3 * pad;
+    if (colour == WARN && font_width(&app->font, left, SIZE_MAX) > left_width)
+        draw_long(app, left);
+    else
+        ui_draw_text(ui, &ui->above, area.x + pad, top, left_width, left, colour);
     if (right_width + 2 * pad < area.width)
         ui_draw_text(ui, &ui->above, area.x + area.width - pad - right_width, top,
                      right_width, right, DIM);

@@ -11,6 +11,7 @@
 #include "pixels/shrink.h"
 #include "sources/depth_repair.h"
 #include "sources/picture.h"
+#include "sources/picture_doubts.h"
 #include "sources/views.h"
 #include "sources/white.h"
 #include "threads.h"
@@ -55,9 +56,11 @@ static bool mend_depth(struct document *document, struct image_error *error)
                                           &document->params, document->input->views,
                                           document->input->n_views};
     char mended[200];
-    if (!depth_mend(&picture, mended, sizeof mended, error))
+    const struct depth_listener listener = {add_remark, document};
+    if (!depth_mend(&picture, mended, sizeof mended, listener, error))
         return false;
     add_remark(document, mended);
+    picture_say_doubts(&picture, add_remark, document);
     return true;
 }
 

@@ -22,7 +22,7 @@ struct document {
     struct settings settings; /* that and the header's */
     struct rf_params params;  /* fitted to the picture */
     double white;             /* of its light, as rackfocus filter tells it */
-    char remark[1024]; /* doubts of the file, what was done to its depth; or "" */
+    char remark[2400]; /* doubts of the file, what was done to its depth; or "" */
     /* The last picture made: width x height of it, which is `times` smaller. */
     float *pixels;
     int32_t width, height;

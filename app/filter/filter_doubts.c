@@ -6,6 +6,7 @@
 #include <stdio.h>
 
 #include "common/report.h"
+#include "sources/picture_doubts.h"
 
 /* Slanted places that are enough: fewer are one thing, which may be curved or cut by
  * chance. The references but foliage's leaves have 8000 to 28000. */
@@ -282,31 +283,12 @@ static int warn_veils(const struct run *run)
 
 /* ---- alpha ------------------------------------------------------------------------ */
 
-/* The command that multiplies the colour; "" where others would not find its channels. */
-static void explain_straight(const struct run *run, char *text, size_t n_bytes)
-{
-    const struct source *source = &run->source;
-    const char *path = image_path(source->colour);
-    char names[4][80];
-    int n_parts;
-    *text = 0;
-    image_parts(source->colour, &n_parts);
-    if (n_parts != 1 || source->is_grey || source->layer.is_chroma)
-        return;
-    for (int i = 0; i < 4; i++)
-        source_channel_name(source, i, names[i], sizeof(names[i]));
-    snprintf(text, n_bytes,
-             ": oiiotool %.150s --ch %s,%s,%s,%s --premult -o colour.exr, and filter "
-             "colour.exr --depth-file %.150s",
-             path, names[0], names[1], names[2], names[3], image_path(source->depth));
-}
-
 static int warn_straight(const struct run *run)
 {
     char way_out[700];
     if (run->tool->scene || run->is_deep || !alpha_is_straight(&run->alpha))
         return APP_DONE;
-    explain_straight(run, way_out, sizeof(way_out));
+    explain_straight(&run->source, way_out, sizeof(way_out));
     return app_warn(run->tool->host, run->error, "%s: %s%s",
                     image_path(run->source.colour), alpha_straight_words, way_out);
 }
@@ -315,20 +297,11 @@ static int warn_straight(const struct run *run)
 
 static int warn_turned(const struct run *run)
 {
-    static const char *const words[] = {"", "upside down", "mirrored",
-                                        "upside down and mirrored"};
-    static const char *const ways[] = {"", "--flip", "--flop", "--rotate180"};
-    const enum depth_turn turn = depth_fit_turn(&run->fit);
-    const double n = (double)run->fit.n / 100;
     const char *path = image_path(run->source.depth);
-    if (turn == DEPTH_UPRIGHT || run->tool->scene)
+    char text[700];
+    if (run->tool->scene || !turn_is_doubtful(&run->fit, path, text, sizeof(text)))
         return APP_DONE;
-    return app_warn(run->tool->host, run->error,
-                    "%s: the depth lies %s: of its steps %.0f %% are at edges of the "
-                    "picture, turned back %.0f %%; turn it: oiiotool %s %s -d float -o "
-                    "depth.exr, and say --depth-file depth.exr",
-                    path, words[turn], (double)run->fit.n_edges[DEPTH_UPRIGHT] / n,
-                    (double)run->fit.n_edges[turn] / n, path, ways[turn]);
+    return app_warn(run->tool->host, run->error, "%s: %s", path, text);
 }
 
 int filter_warn_doubts(struct run *run)

@@ -355,8 +355,15 @@ bool depth_undo(const struct depth_findings *found, double infinity,
     return true;
 }
 
+static void say_of_depth(const struct depth_listener *listener, const char *text)
+{
+    char whole[720];
+    snprintf(whole, sizeof(whole), "the depth %s", text);
+    listener->say(listener->user, whole);
+}
+
 bool depth_mend(const struct depth_picture *picture, char *remark, size_t n_bytes,
-                struct image_error *error)
+                struct depth_listener listener, struct image_error *error)
 {
     const struct source *source = picture->source;
     const struct rf_depth_channel channel = {
@@ -378,6 +385,10 @@ bool depth_mend(const struct depth_picture *picture, char *remark, size_t n_byte
         return set_error(error, "%s: out of memory", image_path(source->depth));
     if (depth_is_refused(&found, text, sizeof(text)))
         return set_error(error, "%s: the depth %s", image_path(source->depth), text);
+    if (source_explains_depth(source, text, sizeof(text)))
+        say_of_depth(&listener, text);
+    if (depth_is_doubtful(&found, text, sizeof(text)))
+        say_of_depth(&listener, text);
     if (!depth_undo(&found, picture->params->depth_infinity, picture->views,
                     picture->n_views, &repaired))
         return set_error(error, "%s: out of memory", image_path(source->depth));

@@ -100,9 +100,15 @@ struct depth_picture {
     int n_views;
 };
 
-/* Does with their depth what `rackfocus filter` does: refuses what cannot be meant,
- * undoes what can be and says so in `remark`, "" for nothing. */
+/* Whom doubts of a depth are told. */
+struct depth_listener {
+    void (*say)(void *user, const char *text);
+    void *user;
+};
+
+/* Does with their depth what `rackfocus filter` does: refuses what cannot be meant, says
+ * what may not be, undoes what can be and says so in `remark`, "" for nothing. */
 bool depth_mend(const struct depth_picture *picture, char *remark, size_t n_bytes,
-                struct image_error *error);
+                struct depth_listener listener, struct image_error *error);
 
 #endif

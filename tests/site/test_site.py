@@ -463,6 +463,28 @@ def test_what_is_doubtful_of_a_file_is_said(site, binary, tmp_path):
     assert nothing == "" and "filtered before" in said
 
 
+def test_a_depth_that_is_upside_down_is_told(site, tmp_path):
+    """As filter warns of it."""
+    file = oiio.ImageInput.open(str(REFERENCES / "posts_pinhole.exr"))
+    spec, values = file.spec(), file.read_image(oiio.FLOAT)
+    file.close()
+    values[..., 3] = values[::-1, :, 3].copy()
+    spec.channelformats, spec.format = (), oiio.TypeFloat
+    written = oiio.ImageOutput.create("passes.exr")
+    written.open(str(tmp_path / "passes.exr"), spec)
+    written.write_image(values)
+    written.close()
+    told = run_node(
+        f"""import {{ Document }} from "{site}/core/document.js";
+        import {{ readFileSync }} from "node:fs";
+        const bytes = new Uint8Array(readFileSync("passes.exr"));
+        const picture = await Document.open([{{ name: "passes.exr", bytes }}]);
+        console.log(picture.remark);""",
+        tmp_path,
+    )
+    assert "lies upside down" in told and "oiiotool passes.exr --flip" in told
+
+
 def pixels_are_half(path):
     return oiio.ImageInput.open(str(path)).spec().format == oiio.HALF
 

@@ -2,6 +2,7 @@
 """No display, no OpenGL, files that go, windows of one px and of 8k."""
 
 import os
+import pathlib
 import re
 import shutil
 import subprocess
@@ -100,6 +101,48 @@ def test_doubts_of_the_picture_are_told(view, tmp_path, attribute, part):
     path = plainexr.write(tmp_path / "a.exr", channels, {**attributes, **attribute})
     window = view(path, "--focus-distance", "4")
     assert part in window.wait_text("said")
+    window.quit()
+
+
+REFERENCES = pathlib.Path(__file__).parents[1] / "quality" / "references"
+
+
+def test_a_depth_that_is_upside_down_is_told_in_whole(view, tmp_path):
+    """As filter warns of it: over the picture where it is wider than its line, and on the
+    terminal."""
+    pixels = read_exr(REFERENCES / "posts_pinhole.exr")
+    channels = dict(zip("RGB", numpy.moveaxis(pixels[..., :3], 2, 0), strict=True))
+    path = plainexr.write(tmp_path / "a.exr", channels | {"Z": pixels[::-1, :, 3]})
+    lens = ("--focus-distance", 1, "--lens-radius", 0.03125, "--focal-length-px", 667)
+    window = view(path, *lens)
+    said = window.wait_text("said")
+    assert "the depth lies upside down" in said and "a.exr --flip -d float" in said
+    assert f"{path}: {said}" in window.printed()
+    window.wait_open()
+    left, top, width, height = window.layout()["area"]
+
+    def lines(seen):
+        """Rows of the picture's lower part with letters of warnings."""
+        part = seen[top + height // 2 : top + height, left : left + width].astype(int)
+        is_letter = (part[..., 0] > 200) & (part[..., 2] < 110) & (part[..., 1] > 140)
+        return is_letter.any(axis=1).sum()
+
+    assert lines(window.look_until(lambda seen: lines(seen) > 25)) > 25
+    window.quit()
+
+
+def test_straight_alpha_is_told(view, tmp_path):
+    y, x = numpy.mgrid[0:HEIGHT, 0:WIDTH]
+    alpha = numpy.clip((90 - numpy.hypot(x - 160, y - 100)) / 4, 0, 1)
+    light = 0.4 + 0.2 * numpy.sin(x / 5)
+    channels = {name: numpy.where(alpha > 0, light, 0) for name in "RGB"}
+    channels |= {"A": alpha, "Z": alpha * 0 + 5}
+    channels = {name: values.astype("f4") for name, values in channels.items()}
+    attributes = {"rackfocus:lensRadius": 0.2, "rackfocus:focalLengthPx": 400.0}
+    path = plainexr.write(tmp_path / "a.exr", channels, attributes)
+    window = view(path, "--focus-distance", "4")
+    said = window.wait_text("said")
+    assert "not multiplied by alpha" in said and "a.exr --ch R,G,B,A --premult" in said
     window.quit()
 
 

@@ -17,6 +17,7 @@
 #include "povray/povray_lens.h"
 #include "sources/depth_repair.h"
 #include "sources/picture.h"
+#include "sources/picture_doubts.h"
 #include "sources/white.h"
 
 /* ---- scenes of POV-Ray ----------------------------------------------------------- */
@@ -193,8 +194,11 @@ static bool mend_depth(struct stage *stage, const struct settings *typed,
         return false;
     const struct depth_picture picture = {source, &settings, &params, input->views,
                                           input->n_views};
-    if (!depth_mend(&picture, mended, sizeof(mended), error))
+    const struct depth_listener listener = {add_remark, stage};
+    if (!depth_mend(&picture, mended, sizeof(mended), listener, error))
         return false;
+    if (!stage->scene)
+        picture_say_doubts(&picture, add_remark, stage);
     if (mended[0]) {
         snprintf(text, sizeof(text), "%s (--depth-repair off takes it as it is)",
                  mended);

@@ -56,7 +56,7 @@ struct stage {
     volatile double fraction; /* of rendering */
     volatile bool is_cancelled;
     char label[256];   /* what is being done, "rendering scene.pov" */
-    char remark[1024]; /* what the user should know of scene and depth; "": nothing */
+    char remark[2400]; /* what the user should know of scene and depth; "": nothing */
 };
 
 /* Opens and reads; `typed` is the command line. False with a message. */

@@ -1,0 +1,103 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "sources/picture_doubts.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+#include "common/report.h"
+#include "sources/alpha.h"
+
+bool turn_is_doubtful(const struct depth_fit *fit, const char *path, char *text,
+                      size_t n_bytes)
+{
+    static const char *const words[] = {"", "upside down", "mirrored",
+                                        "upside down and mirrored"};
+    static const char *const ways[] = {"", "--flip", "--flop", "--rotate180"};
+    const enum depth_turn turn = depth_fit_turn(fit);
+    const double n = (double)fit->n / 100;
+    if (turn == DEPTH_UPRIGHT)
+        return false;
+    snprintf(text, n_bytes,
+             "the depth lies %s: of its steps %.0f %% are at edges of the picture, "
+             "turned back %.0f %%; turn it: oiiotool %.400s %s -d float -o depth.exr, "
+             "and say --depth-file depth.exr",
+             words[turn], (double)fit->n_edges[DEPTH_UPRIGHT] / n,
+             (double)fit->n_edges[turn] / n, path, ways[turn]);
+    return true;
+}
+
+void explain_straight(const struct source *source, char *text, size_t n_bytes)
+{
+    const char *path = image_path(source->colour);
+    char names[4][80];
+    int n_parts;
+    *text = 0;
+    image_parts(source->colour, &n_parts);
+    if (n_parts != 1 || source->is_grey || source->layer.is_chroma)
+        return;
+    for (int i = 0; i < 4; i++)
+        source_channel_name(source, i, names[i], sizeof(names[i]));
+    snprintf(text, n_bytes,
+             ": oiiotool %.150s --ch %s,%s,%s,%s --premult -o colour.exr, and filter "
+             "colour.exr --depth-file %.150s",
+             path, names[0], names[1], names[2], names[3], image_path(source->depth));
+}
+
+/* Radii of all pixels. False without memory, and of depth that no filter takes. */
+static bool find_radii(const struct depth_picture *picture,
+                       const struct rf_image *radii)
+{
+    const struct rf_context_params about = {.size = sizeof(about), .n_threads = 1};
+    struct rf_context *context = NULL;
+    struct rf_filter *filter = NULL;
+    bool is_good = rf_context_create(&context, &about, NULL) == RF_OK &&
+                   rf_filter_create(&filter, context, picture->params, radii->width,
+                                    radii->height, NULL) == RF_OK;
+    is_good =
+        is_good && rf_filter_coc(filter, &picture->views->depth, radii, NULL) == RF_OK;
+    rf_filter_destroy(filter);
+    rf_context_destroy(context);
+    return is_good;
+}
+
+static bool is_turned(const struct depth_picture *picture, char *text, size_t n_bytes)
+{
+    const struct rf_image *colour = &picture->views->colour;
+    const int32_t width = colour->width, height = colour->height;
+    struct depth_fit fit = {0};
+    float *radii = app_memory((size_t)width * (size_t)height, sizeof(*radii), NULL);
+    if (!radii)
+        return false;
+    const struct rf_image image = rf_image_packed(radii, width, height, 1);
+    if (find_radii(picture, &image))
+        depth_fit_find(&fit, &(struct depth_fit_picture){
+                                 colour->data, radii, colour->channels, width, height});
+    free(radii);
+    return turn_is_doubtful(&fit, image_path(picture->source->depth), text, n_bytes);
+}
+
+static bool is_straight(const struct depth_picture *picture, char *text, size_t n_bytes)
+{
+    const struct rf_image *colour = &picture->views->colour;
+    const size_t width = (size_t)colour->width;
+    struct alpha_tally tally = {0};
+    char way_out[700];
+    for (size_t y = 0; colour->channels == 4 && y < (size_t)colour->height; y++)
+        alpha_tally_add(&tally, (const float *)colour->data + 4 * width * y, width);
+    if (!alpha_is_straight(&tally))
+        return false;
+    explain_straight(picture->source, way_out, sizeof(way_out));
+    snprintf(text, n_bytes, "%s%s", alpha_straight_words, way_out);
+    return true;
+}
+
+void picture_say_doubts(const struct depth_picture *picture,
+                        void (*say)(void *user, const char *text), void *user)
+{
+    char text[900];
+    if (is_turned(picture, text, sizeof(text)))
+        say(user, text);
+    if (is_straight(picture, text, sizeof(text)))
+        say(user, text);
+}
