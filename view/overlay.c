@@ -119,9 +119,13 @@ static void draw_help(struct app *app)
         if (y > area.y - step && y + app->font.line < area.y + area.height)
             draw_help_line(app, &lines[i], area.x + em + column * width, y, width - em);
     }
-    if (app->help_height > area.height)
+    const struct area hint = {area.x + area.width - 14 * em, area.y, 14 * em, 2 * em};
+    if (app->help_height >
+        area.height) { /* over the lines that are scrolled below it */
+        ui_draw_box(ui, &ui->above, &hint, GROUND | 0xff);
         ui_draw_text(ui, &ui->above, area.x + area.width - 14 * em, area.y + em / 3,
                      14 * em, "wheel: more below", WARN);
+    }
 }
 
 static void draw_stats(struct app *app)
@@ -234,15 +238,16 @@ static void describe_place(const struct app *app, char *text, size_t n_bytes)
              fabs(radius), where);
 }
 
-/* A warning that is wider than its line, over the picture in as many as it takes. */
-static void draw_long(struct app *app, const char *text)
+/* A warning that is wider than its line, over the picture in as many as it takes, at its
+ * top or its bottom. */
+static void draw_long(struct app *app, bool is_top, const char *text)
 {
     struct ui *ui = &app->ui;
     const struct area picture = view_picture_area(app);
     const int pad = app->font.size_px / 2;
     struct area at = {picture.x + pad, 0, picture.width - 2 * pad, 0};
     const int height = ui_draw_wrapped(ui, NULL, &at, text, WARN);
-    at.y = picture.y + picture.height - height - pad;
+    at.y = is_top ? picture.y + pad : picture.y + picture.height - height - pad;
     ui_draw_box(ui, &ui->above,
                 &(struct area){picture.x, at.y - pad, picture.width, height + 2 * pad},
                 GROUND);
@@ -273,7 +278,7 @@ static void draw_status(struct app *app)
     const int right_width = font_width(&app->font, right, SIZE_MAX);
     const int left_width = area.width - right_width - 3 * pad;
     if (colour == WARN && font_width(&app->font, left, SIZE_MAX) > left_width)
-        draw_long(app, left);
+        draw_long(app, false, left);
     else
         ui_draw_text(ui, &ui->above, area.x + pad, top, left_width, left, colour);
     if (right_width + 2 * pad < area.width)
@@ -330,8 +335,7 @@ void overlay_draw(struct app *app)
     if (app->state.has_eye)
         draw_eye(app);
     if (app->unshown[0])
-        draw_line(app, view_picture_area(app).y + app->font.size_px, app->unshown,
-                  WARN);
+        draw_long(app, true, app->unshown);
     trace_once(app, &app->traced_unshown, "unshown", app->unshown);
     if (app->has_stage)
         legend_draw(app);
