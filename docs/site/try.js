@@ -180,6 +180,8 @@ async function openFiles(files, params = {}, reference = null) {
   } catch (error) {
     state.is_open = false;
     enable(false);
+    if (/ --(depth|layer)/.test(error.message))
+      error.message += ". Options are those of the command rackfocus; this page has none.";
     fail(error);
   }
 }

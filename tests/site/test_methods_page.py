@@ -8,6 +8,7 @@ import subprocess
 
 import pytest
 from selenium import webdriver
+from selenium.webdriver.chrome.service import Service
 from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.by import By
 from selenium.webdriver.support.select import Select
@@ -34,7 +35,9 @@ def driver(made):
     for argument in ["headless=new", "no-sandbox", "window-size=1280,900"]:
         options.add_argument("--" + argument)
     options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
-    driver = webdriver.Chrome(options=options)
+    # Chromium leaves folders behind: among those of the test.
+    service = Service(env={**os.environ, "TMPDIR": str(made[0].parent)})
+    driver = webdriver.Chrome(options=options, service=service)
     driver.get(made[0].as_uri())
     yield driver
     complaints = driver.get_log("browser")

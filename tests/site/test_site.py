@@ -17,6 +17,7 @@ import numpy
 import OpenImageIO as oiio
 import pytest
 from selenium import webdriver
+from selenium.webdriver.chrome.service import Service
 from selenium.webdriver.common.by import By
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
@@ -77,7 +78,9 @@ class Browser:
         options.set_capability(
             "goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"}
         )
-        self.driver = webdriver.Chrome(options=options)
+        # Chromium leaves folders behind: among those of the test.
+        service = Service(env={**os.environ, "TMPDIR": str(downloads.parent)})
+        self.driver = webdriver.Chrome(options=options, service=service)
         self.address, self.downloads = address, downloads
 
     def open(self, page="index.html"):
@@ -265,6 +268,7 @@ def test_own_file_and_damaged_file(browser, tmp_path):
     no_depth = REFERENCES / "posts_reference.exr"
     browser.find("files").send_keys(str(no_depth))
     browser.wait(lambda: "depth" in browser.find("status").text, "the sentence")
+    assert "those of the command rackfocus" in browser.find("status").text
     browser.find("files").send_keys(str(whole))
     browser.wait_for("best")
 
