@@ -14,6 +14,7 @@
 #include "rackfocus/rackfocus.h"
 #include "sequence/frames_check.h"
 #include "sequence/sequence.h"
+#include "sources/alpha.h"
 #include "sources/looks.h"
 #include "sources/picture.h"
 #include "sources/settings.h"
@@ -69,6 +70,7 @@ struct sum {
     struct source first; /* stays open: its attributes go into the output */
     struct rf_context *context;
     struct rf_accumulator *accumulator;
+    struct alpha_tally alpha;
 };
 
 static bool open_view(const struct accumulate_options *tool, char *const *path,
@@ -156,6 +158,9 @@ static bool add_samples(struct sum *sum, const struct source *view,
     float *samples = source_read_colour(view, sum->n_threads, error);
     if (!samples)
         return false;
+    const size_t width = (size_t)view->width;
+    for (size_t y = 0; view->n_channels == 4 && y < (size_t)view->height; y++)
+        alpha_tally_add(&sum->alpha, samples + 4 * width * y, width);
     const struct rf_image image = image_of(sum, samples);
     const rf_result result = rf_accumulator_add(sum->accumulator, &image, &core_error);
     free(samples);
@@ -208,6 +213,19 @@ static bool write_mean(const struct sum *sum, int n_views, struct image_error *e
     return is_written;
 }
 
+/* Views whose mean is not that of their light. */
+static void warn_of_light(const struct sum *sum)
+{
+    char text[500];
+    const char *path = image_path(sum->first.colour);
+    if (source_is_coded(&sum->first, text, sizeof(text)))
+        warning(sum->tool->is_quiet, "%s: %s", path, text);
+    if (alpha_is_straight(&sum->alpha))
+        warning(sum->tool->is_quiet,
+                "%s: %s: oiiotool FILE --ch R,G,B,A --premult -o colour.exr, for each",
+                path, alpha_straight_words);
+}
+
 static int add_all(struct sum *sum, const struct operands *views)
 {
     struct image_error error;
@@ -221,6 +239,8 @@ static int add_all(struct sum *sum, const struct operands *views)
     progress_end(&bar);
     if (is_good && os_is_interrupted())
         return os_interrupt_code();
+    if (is_good)
+        warn_of_light(sum);
     if (is_good && write_mean(sum, views->n, &error))
         return EXIT_DONE;
     message("%s", error.message);

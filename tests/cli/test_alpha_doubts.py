@@ -126,3 +126,16 @@ def test_the_own_lens_of_finish(rackfocus, tmp_path):
         strict = rackfocus("finish", path, "-o", tmp_path / "o.exr", "--strict", code=1)
         assert "warning" not in strict.stderr
         assert (said or "has no albedo and no guide") in strict.stderr
+
+
+def test_the_mean_of_straight_views(rackfocus, said, tmp_path):
+    """The mean of straight colours is not that of their light: accumulate says it, too."""
+    alpha, colours, z = discs(4)
+    out = tmp_path / "mean.exr"
+    for colour, is_straight in ((multiplied(colours, alpha), False), (colours, True)):
+        said({n: numpy.where(alpha > 0, v, 0) for n, v in colour.items()}, alpha, z)
+        view = tmp_path / "in.exr"
+        told = rackfocus("accumulate", view, view, "-o", out).stderr
+        assert ("in.exr: rims of things are as bright" in told) == is_straight
+        assert ("--premult" in told) == is_straight
+    assert rackfocus("accumulate", "-q", view, view, "-o", out).stderr == ""
