@@ -156,6 +156,13 @@ def test_what_is_coded_for_a_screen_is_no_light(run, scene, name, space, is_code
         run(scene(attributes={name: space}), "--strict", code=1)
 
 
+def test_the_mean_of_what_is_coded_for_a_screen(rackfocus, scene, tmp_path):
+    for space in ("sRGB", "scene_linear"):
+        view = scene(attributes={"oiio:ColorSpace": space})
+        said = rackfocus("accumulate", view, view, "-o", tmp_path / "o.exr").stderr
+        assert ("is not linear light, by oiio:ColorSpace" in said) == (space == "sRGB")
+
+
 # ---- the camera ----------------------------------------------------------------------
 
 
