@@ -79,7 +79,7 @@ def test_a_sky_without_alpha_is_none(said, sky):
 def test_straight_colour_in_windows(said):
     alpha, colours, z = discs(3)
     black = {n: numpy.where(alpha > 0, v, 0) for n, v in colours.items()}
-    options = ("--max-memory", "200")
+    options = ("--max-memory", "300")
     assert "unassociated" in said(black, alpha, z, *options, times=8)
     assert "unassociated" not in said(
         multiplied(colours, alpha), alpha, z, *options, times=8
