@@ -210,11 +210,15 @@ fails(ValueError, "albedo of view 0", views, outs, [(albedo[1:], None)] * 4)
 fails(TypeError, "(albedo, normal)", views, outs, [albedo] * 4)
 fails(ValueError, "threads", views, outs, threads=-1)
 fails(ValueError, "quality", views, outs, quality="medium")
-for quality in ("balanced", "fast"):
+facing = np.broadcast_to(np.float32([0, 0, 1]), albedo.shape).copy()
+by_quality = []
+for quality in ("high", "balanced", "fast"):
     other = [np.empty_like(colour) for colour in colours]
-    guides = [(albedo, None)] * 4
+    guides = [(albedo, facing)] * 4
     made.denoise_views(views, other, guides, library=library, quality=quality)
-    assert 0 < np.abs(np.subtract(other, guided)).mean() < 0.01
+    by_quality.append(other)
+for a, b in ((0, 1), (1, 2)):
+    assert 0 < np.abs(np.subtract(by_quality[a], by_quality[b])).mean() < 0.01
 small = [(c[1:], d[1:], place, 5) for c, d, place in zip(colours, depths, places)]
 fails(rackfocus.Error, "160", small, [out[1:] for out in outs])
 fails(rackfocus.CancelledError, "cancelled", views, outs, None, lambda _: False)
