@@ -94,7 +94,7 @@ static void smooth(const struct finish_picture *p, float *plane, float *room,
                    double sigma)
 {
     const int width = p->width, height = p->height;
-    float weights[2 * MOST_REACH + 1];
+    float weights[2 * MOST_REACH + 1] = {0};
     const int reach = make_gaussian(sigma, weights);
     for (int y = 0; y < height && !is_stopped(p->stop); y++)
         for (int x = 0; x < width; x++) {
