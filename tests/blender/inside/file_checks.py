@@ -692,6 +692,18 @@ def lights_with_a_spread():
     start()
     assert not addon("lamps").describe(scene, scene.camera)
     assert gain(shot(scene, "lamp.exr"), own) > 6
+    scene.cycles.sample_clamp_direct = 0  # what a Spread lets through is seen
+    shot(scene, "lamp.exr")
+    plain, place = kept(scene)[0]
+    camera = scene.camera
+    found = addon("lamps").placed([(plain, place)], scene, "ViewLayer", camera)[0][0]
+    is_lamp = np.array(plain.colour)[..., :3].max(-1) > 10
+    is_nearer = np.array(found.depth) < np.array(plain.depth)
+    assert is_lamp.sum() > 20 and is_nearer[is_lamp].mean() > 0.9, (
+        is_lamp.sum(),
+        is_nearer[is_lamp].mean(),
+    )
+    scene.cycles.sample_clamp_direct = 2
     data.rack_focus.method, data.rack_focus.views = "views", 4
     assert gain(shot(scene, "lamp.exr"), own) > 6
 
