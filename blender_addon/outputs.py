@@ -18,4 +18,4 @@ LINES = (
 def describe(scene):
     """Lines for the panel on what the scene's own file lacks."""
     is_multilayer = scene.render.image_settings.file_format == "OPEN_EXR_MULTILAYER"
-    return list(LINES) if is_multilayer and views.has_copies(scene) else []
+    return list(LINES) if is_multilayer and views.renders_copies(scene) else []

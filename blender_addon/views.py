@@ -181,7 +181,7 @@ def is_unfiltered(settings, scene):
     return is_its and bool(lens.why_not(camera))
 
 
-def has_copies(scene):
+def renders_copies(scene):
     """Are copies of a scene rendered in its place?"""
     if scene.render.use_multiview or group.nodes_of(scene):
         return False

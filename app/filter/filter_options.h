@@ -72,10 +72,9 @@ enum filter_png_bits { FILTER_PNG_8, FILTER_PNG_16 };
     X(ASIDE, const char *, shown_output) /* its name for the user; NULL: output */     \
     X(ASIDE, const char *, scene)        /* whose depth it is, or NULL: its unit and \
                                                kind are known; warnings name it */ \
-    X(ASIDE, int32_t, scene_samples)  /* of the scene's passes along a side of each \
-                                               pixel of its picture; 0: 1 */  \
-    X(ASIDE, int32_t, n_threads)      /* 0: one per processor */                       \
-    X(ASIDE, int32_t, max_memory_mib) /* 0: no bound */                                \
+    X(ASIDE, int32_t, scene_samples)     /* along a side of a pixel of it; 0: 1 */     \
+    X(ASIDE, int32_t, n_threads)         /* 0: one per processor */                    \
+    X(ASIDE, int32_t, max_memory_mib)    /* 0: no bound */                             \
     X(ASIDE, const struct app_host *, host) /* who asked, or NULL */
 
 struct filter_options {

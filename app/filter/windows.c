@@ -33,7 +33,8 @@ enum {
 };
 
 /* How often a pixel is filtered with the margins of windows, where that is quick; more
- * than SLOW is said. Ours: 12, 26 and 150 times take 9, 18 and 98 times as long as a whole picture. */
+ * than SLOW is said. Ours: 12, 26 and 150 times take 9, 18 and 98 times as long as a
+ * whole picture. */
 static const double QUICK = 4, SLOW = 8;
 
 struct rows {

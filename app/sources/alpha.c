@@ -58,6 +58,5 @@ bool alpha_is_straight(const struct alpha_tally *tally)
 
 const char alpha_straight_words[] =
     "rims of things are as bright as what is within, whatever their alpha: the colour "
-    "is "
-    "not multiplied by alpha (straight, unassociated), and rims come out too bright; "
-    "multiply it first";
+    "is not multiplied by alpha (straight, unassociated), and rims come out too "
+    "bright; multiply it first";
