@@ -201,12 +201,12 @@ static bool goes_on(void *user, double fraction)
 }
 
 /* Runs a filter that has its images, and releases it. */
-static bool execute(struct denoiser *d, void *filter, enum denoise_quality quality,
-                    const struct part *part, struct image_error *error)
+static bool execute(struct denoiser *d, void *filter, const struct part *part,
+                    struct image_error *error)
 {
     const char *text = NULL;
-    if (quality != DENOISE_HIGH) /* which it has by default, and always had */
-        d->set_int(filter, "quality", QUALITIES[quality]);
+    if (d->quality != DENOISE_HIGH) /* which it has by default, and always had */
+        d->set_int(filter, "quality", QUALITIES[d->quality]);
     if (d->stop)
         d->set_monitor(filter, goes_on, d);
     d->commit_filter(filter);
@@ -246,15 +246,9 @@ void denoise_judge_grain(struct denoiser *d, const struct denoise_picture *pictu
     d->is_smeared = denoise_is_smeared(picture, guides);
 }
 
-/*
- * Albedo and normals of a pinhole have little grain: balanced is as good for them as
- * high, within 0.03 dB, and takes 0.4 of the time (docs/notebook/rivals.md).
- */
 static bool clean_part(struct denoiser *d, const struct part *part,
                        const struct job *job, struct image_error *error)
 {
-    const enum denoise_quality quality =
-        d->quality == DENOISE_HIGH ? DENOISE_BALANCED : d->quality;
     float *const samples[] = {job->guides->albedo, job->guides->normal};
     static const char *const names[] = {"albedo", "normal"};
     for (int i = 0; i < 2; i++) {
@@ -263,7 +257,7 @@ static bool clean_part(struct denoiser *d, const struct part *part,
         void *filter = d->new_filter(d->device, "RT");
         set_packed(d, filter, names[i], samples[i], part);
         set_packed(d, filter, "output", samples[i], part);
-        if (!execute(d, filter, quality, part, error))
+        if (!execute(d, filter, part, error))
             return false;
     }
     return true;
@@ -291,7 +285,7 @@ static bool filter_part(struct denoiser *d, const struct part *part,
         d->set_bool(filter, "cleanAux", guides->are_clean);
     }
     d->set_bool(filter, "hdr", true);
-    return execute(d, filter, d->quality, part, error);
+    return execute(d, filter, part, error);
 }
 
 bool denoise_picture(struct denoiser *d, const struct denoise_picture *picture,
