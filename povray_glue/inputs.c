@@ -24,7 +24,8 @@ static bool is_of_frames(const char *option)
     static const char *const names[][2] = {{"Initial_Frame", "KFI"},
                                            {"Final_Frame", "KFF"},
                                            {"Subset_Start_Frame", "SF"},
-                                           {"Subset_End_Frame", "EF"}};
+                                           {"Subset_End_Frame", "EF"},
+                                           {"Frame_Step", "STP"}};
     for (size_t i = 0; i < sizeof names / sizeof *names; i++)
         if (ini_value(option, names[i][0], names[i][1]))
             return true;

@@ -12,9 +12,12 @@
 #include "povray.h"
 #include "text.h"
 
+/* Of frames; POV-Ray makes the first alone where a step leads beyond the last. */
+#define MOST_STEP 1e6
+
 struct found {
     char *scene;
-    double first, last, from, to; /* NAN: not said */
+    double first, last, from, to, step; /* NAN: not said */
     enum { ANTIALIASING_UNSAID, ANTIALIASING_ON, ANTIALIASING_OFF } antialiasing;
     char *part; /* an option that asks for a part of the picture */
 };
@@ -68,6 +71,7 @@ static void note_option(void *user, const char *option, const char *file)
         {"Final_Frame", "KFF", &found->last},
         {"Subset_Start_Frame", "SF", &found->from},
         {"Subset_End_Frame", "EF", &found->to},
+        {"Frame_Step", "STP", &found->step},
     };
     for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++) {
         const char *value = ini_value(option, numbers[i].name, numbers[i].letters);
@@ -108,15 +112,14 @@ static char *find_scene(const char *name, const char *beside)
     return found ? found : text_format("%s", name);
 }
 
-/* Frames of a subset: POV-Ray takes a part of 1 as a share of the frames. */
+/* Frames of a subset: POV-Ray takes a part of 1 as a share of their number, counted from
+ * 0 whatever the first one is. */
 static int32_t subset_frame(double frame, const struct povray_plan *plan, bool is_end)
 {
-    const int32_t n = plan->last - plan->first + 1;
     if (isnan(frame))
         return is_end ? plan->last : plan->first;
     if (frame > 0 && frame < 1)
-        frame = is_end ? plan->first + floor(frame * n) - 1
-                       : plan->first + floor(frame * n);
+        frame = floor(frame * (plan->last - plan->first + 1));
     return (int32_t)fmin(fmax(frame, plan->first), plan->last);
 }
 
@@ -153,7 +156,12 @@ static bool choose_frames(struct povray_plan *plan, const struct found *found,
 {
     plan->first = isnan(found->first) ? 1 : (int32_t)found->first;
     plan->last = isnan(found->last) ? plan->first : (int32_t)found->last;
-    plan->is_animation = plan->first != 1 || plan->last != 1;
+    /* Without a frame above 0 POV-Ray makes a still. */
+    plan->is_animation = (plan->first != 1 || plan->last != 1) &&
+                         (plan->last > 0 || plan->first > 1);
+    plan->step = found->step >= 1 ? (int32_t)fmin(found->step, MOST_STEP) : 1;
+    if (!plan->is_animation)
+        return true;
     plan->from = subset_frame(found->from, plan, false);
     plan->to = subset_frame(found->to, plan, true);
     if (plan->last >= plan->first && plan->to >= plan->from)
@@ -207,7 +215,8 @@ static bool check_args(char *const *args, int n_args, struct povray_error *error
 bool povray_plan_make(struct povray_plan *plan, const char *operand, char *const *args,
                       int n_args, struct povray_error *error)
 {
-    struct found found = {.first = NAN, .last = NAN, .from = NAN, .to = NAN};
+    struct found found = {
+        .first = NAN, .last = NAN, .from = NAN, .to = NAN, .step = NAN};
     char *ini = ini_file(operand);
     if (ini && !ini_is_name(ini)) {
         free(ini);

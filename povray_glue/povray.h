@@ -43,6 +43,7 @@ struct povray_plan {
     bool is_animation;
     int32_t first, last;   /* frames of the animation */
     int32_t from, to;      /* those to make */
+    int32_t step;          /* each so many of them */
     bool has_antialiasing; /* options that no file holds ask for it, and say how */
 };
 

@@ -25,14 +25,15 @@ static bool fail_usage(const char *text)
 bool povray_command_frames(const char *text, const struct povray_plan *plan,
                            struct povray_frames *frames)
 {
-    char range[32];
+    char range[48];
     struct image_error error;
     *frames = (struct povray_frames){.animation_first = plan->first,
                                      .animation_last = plan->last,
                                      .is_animation = text || plan->is_animation};
     if (!frames->is_animation)
         return true;
-    snprintf(range, sizeof(range), "%d-%d", (int)plan->from, (int)plan->to);
+    snprintf(range, sizeof(range), "%d-%dx%d", (int)plan->from, (int)plan->to,
+             (int)plan->step);
     if (!frame_list_parse(&frames->list, text ? text : range, &error)) {
         message("--frames: %s", error.message);
         return false;

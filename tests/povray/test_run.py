@@ -228,6 +228,29 @@ def test_initialisation_files(rackfocus, tmp_path):
     assert numpy.array_equal(found["o0002.exr"], alone["o0002.exr"])
 
 
+@pytest.mark.parametrize(
+    "options, frames",
+    [  # What POV-Ray 3.7.0.10 renders of each
+        ("+KFF10 Frame_Step=3", "1,4,7,10"),
+        ("+KFF10 +SF3 +STP2", "3,5,7,9"),
+        ("+KFF10 +STP0", "1-10"),
+        ("+KFF10 +STP20", "1"),
+        ("+KFF10 +SF0.3 +EF0.8", "3-8"),
+        ("+KFI0 +KFF9 +EF0.5", "0-5"),
+        ("+KFI11 +KFF20 +SF0.5", "11-20"),
+        ("+KFI0 +KFF0", None),
+        ("+KFF0", None),
+    ],
+)
+def test_parts_of_an_animation(rackfocus, tmp_path, options, frames):
+    (tmp_path / "s.pov").write_text(SCENE)
+    (tmp_path / "a.ini").write_text("+Is.pov\n" + options.replace(" ", "\n"))
+    asked = ["frames", "--", "povray", "a.ini", "-o", "o.exr"]
+    done = rackfocus(*asked, cwd=tmp_path, code=1 if frames else 2)
+    found = re.search("--frames ([-0-9,]+)$", done.stdout, re.M)
+    assert (found and found.group(1)) == frames
+
+
 def test_an_initialisation_file_without_a_scene(rackfocus, tmp_path):
     (tmp_path / "a.ini").write_text("Width=80\n")
     text = rackfocus("povray", "a.ini", "-o", "o.exr", cwd=tmp_path, code=1).stderr
