@@ -157,8 +157,8 @@ static bool choose_frames(struct povray_plan *plan, const struct found *found,
     plan->first = isnan(found->first) ? 1 : (int32_t)found->first;
     plan->last = isnan(found->last) ? plan->first : (int32_t)found->last;
     /* Without a frame above 0 POV-Ray makes a still. */
-    plan->is_animation = (plan->first != 1 || plan->last != 1) &&
-                         (plan->last > 0 || plan->first > 1);
+    plan->is_animation =
+        (plan->first != 1 || plan->last != 1) && (plan->last > 0 || plan->first > 1);
     plan->step = found->step >= 1 ? (int32_t)fmin(found->step, MOST_STEP) : 1;
     if (!plan->is_animation)
         return true;

@@ -51,9 +51,9 @@ static struct card card_of(const struct probe *probe)
     const double width = vector_length(probe->camera->right);
     const double height = vector_length(probe->camera->up);
     const double pixel[2] = {width / probe->width, height / probe->height};
-    const double shorter = fmin(width, probe->n_rows * pixel[1]);
+    const double shorter = fmin(width, height);
     struct card card = {.x = (int32_t)(CARD_PLACE * probe->width),
-                        .y = (int32_t)(CARD_PLACE * probe->n_rows)};
+                        .y = (int32_t)(CARD_PLACE * probe->height)};
     card.radius = fmax(CARD_RADIUS * shorter, CARD_LEAST_PX * fmin(pixel[0], pixel[1]));
     card.left_out = card.radius + CARD_MARGIN_PX * fmax(pixel[0], pixel[1]);
     return card;
@@ -219,7 +219,7 @@ static bool find_space(const struct decode_picture *picture, const struct card *
 static double px_per_unit(const struct probe *probe, const struct geometry *geometry)
 {
     const struct povray_camera *camera = probe->camera;
-    const double px = probe->width / vector_length(camera->right);
+    const double px = probe->picture_width / vector_length(camera->right);
     return camera->is_orthographic
                ? px
                : px * vector_length(camera->direction) / geometry->reach;
@@ -231,7 +231,7 @@ static double worst_error_px(const struct probe *probe, const struct geometry *g
                              const struct decode_space *space)
 {
     struct block blocks[N_BLOCKS * N_BLOCKS] = {0};
-    for (int32_t y = 0; y < probe->n_rows; y++)
+    for (int32_t y = 0; y < probe->height; y++)
         for (int32_t x = 0; x < probe->width; x++)
             if (!is_card(probe, &geometry->card, x, y))
                 measure_pixel(probe, geometry, pixel_at(picture, x, y), space, x, y,
@@ -248,7 +248,7 @@ static double tolerance_px(const struct probe *probe)
 {
     const struct povray_camera *camera = probe->camera;
     const double tall = vector_length(camera->up) / vector_length(camera->right);
-    return TOLERANCE_PX + ROUNDING * probe->width * fmax(1, tall);
+    return TOLERANCE_PX + ROUNDING * probe->picture_width * fmax(1, tall);
 }
 
 bool probe_check(const struct probe *probe, const struct decode_picture *picture,

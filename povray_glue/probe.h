@@ -25,8 +25,8 @@ extern const char *const probe_head;
 struct probe {
     const struct povray_camera *camera;
     double scale;          /* of PROBE_SCALES */
-    int32_t width, height; /* of the picture, px */
-    int32_t n_rows;        /* the first ones, which are rendered */
+    int32_t width, height; /* rendered, px */
+    int32_t picture_width; /* whose pixels errors are told in */
 };
 
 void probe_write(struct text *out, const struct probe *probe);

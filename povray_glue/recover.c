@@ -26,8 +26,9 @@
 /* POV-Ray's size where no option gives one, px. */
 #define USUAL_WIDTH 160
 #define USUAL_HEIGHT 120
-/* Pixels that the probe renders at most. */
-#define PROBE_PIXELS 1000000
+/* Side of the probe at most, px: its blocks' means are as exact as those of larger ones, and
+ * POV-Ray looks for each ray at all that the scene has before the sphere. */
+#define PROBE_SIDE 160
 
 /* Parses a copy of the scene and no more; gives what it wrote to the debug stream, NULL
  * with a message where the scene has an error. */
@@ -284,13 +285,12 @@ bool scene_choose_camera(struct povray_scene *scene, struct povray_error *error)
 
 static struct probe probe_of(const struct povray_scene *scene)
 {
-    int32_t rows = PROBE_PIXELS / scene->width;
-    rows = rows < 16 ? 16 : rows;
-    return (struct probe){.camera = &scene->camera,
-                          .scale = scene->probe_scale,
-                          .width = scene->width,
-                          .height = scene->height,
-                          .n_rows = rows < scene->height ? rows : scene->height};
+    return (struct probe){
+        .camera = &scene->camera,
+        .scale = scene->probe_scale,
+        .width = scene->width < PROBE_SIDE ? scene->width : PROBE_SIDE,
+        .height = scene->height < PROBE_SIDE ? scene->height : PROBE_SIDE,
+        .picture_width = scene->width};
 }
 
 bool scene_start_probe(struct povray_scene *scene, struct run *run,
@@ -298,8 +298,9 @@ bool scene_start_probe(struct povray_scene *scene, struct run *run,
 {
     struct text tail = {0};
     const struct probe probe = probe_of(scene);
+    sources_set_size(&scene->sources, scene->width, scene->height);
     probe_write(&tail, &probe);
-    char *after = text_format("-A -UA +Q6 +SR1 +ER%d", probe.n_rows);
+    char *after = text_format("-A -UA +Q6 +W%d +H%d", probe.width, probe.height);
     const struct scene_render render = {.name = "probe",
                                         .mode = REWRITE_PINHOLE,
                                         .head = probe_head,

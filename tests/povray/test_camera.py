@@ -2,6 +2,7 @@
 """Cameras of scenes with all their ways of saying things, against known numbers."""
 
 import math
+import re
 
 import pytest
 from conftest import EXAMPLES
@@ -230,6 +231,28 @@ def test_a_scene_too_small_for_povray(rackfocus, tmp_path):
     )
     text = rackfocus("povray", "s.pov", "--camera", cwd=tmp_path, code=1).stderr
     assert "less than POV-Ray draws well" in text and "scale the scene" in text
+
+
+@pytest.mark.parametrize("size", [(160, 120), (40, 400), (4000, 3000), (1600, 20)])
+def test_the_check_is_small(rackfocus, tmp_path, size):
+    """Whatever the picture's size, which heavy scenes take long to render."""
+    log = tmp_path / "sizes"
+    program = tmp_path / "povray"
+    program.write_text(
+        f"""#!/bin/sh
+case "$*" in *probe.pov*) echo "$*" >>"{log}";; esac
+exec povray "$@"
+"""
+    )
+    program.chmod(0o755)
+    rackfocus("povray", "macro.pov", "--camera", "--povray", program, "--",
+              f"+W{size[0]}", f"+H{size[1]}")  # fmt: skip
+    rendered = [
+        int(re.findall(rf" [+]{letter}([0-9]+)", log.read_text())[-1])
+        for letter in "WH"
+    ]
+    assert rendered == [min(side, 160) for side in size]
+    assert log.read_text().count("\n") == 1
 
 
 @pytest.mark.parametrize(
