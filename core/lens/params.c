@@ -171,6 +171,8 @@ static void put_number(struct rf_params *params, const struct rf_param_info *p,
 
 void rf_params_init_sized(struct rf_params *params, size_t size)
 {
+    if (!params)
+        return;
     memset(params, 0, size);
     for (size_t i = 0; i < N_PARAMS; i++) {
         bool is_float = table[i].type == RF_TYPE_FLOAT;

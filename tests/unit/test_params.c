@@ -107,6 +107,16 @@ static void init_stays_inside_a_shorter_struct(void)
     }
 }
 
+/* As the other functions of parameters, which answer and do not crash. */
+static void without_a_struct_nothing_is_set(void)
+{
+    rf_params_init(NULL);
+    struct rf_error error;
+    CHECK(rf_params_set(NULL, "f-stop", "1", &error) == RF_ERROR_ARGUMENT);
+    CHECK(rf_params_check(NULL, &error) == RF_ERROR_ARGUMENT);
+    CHECK(!rf_param_is_read(NULL, "f-stop", NULL));
+}
+
 static void check_round_trip(const struct rf_param_info *row, double value)
 {
     struct rf_params a, b;
@@ -381,6 +391,7 @@ int main(int argc, char **argv)
     TEST(names_are_unique);
     TEST(found_by_key_and_field);
     TEST(init_sets_defaults);
+    TEST(without_a_struct_nothing_is_set);
     TEST(init_stays_inside_a_shorter_struct);
     TEST(every_value_survives_text);
     TEST(choices_are_set_by_name);

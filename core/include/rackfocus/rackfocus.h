@@ -143,7 +143,7 @@ struct rf_params {
 /** Bytes of the longest text of rf_params_get(), its final zero with it. Since 0.1. */
 enum { RF_PARAM_TEXT_BYTES = 64 };
 
-/** Sets every parameter to its default. */
+/** Sets every parameter to its default. NULL is allowed: nothing is set. */
 #define rf_params_init(params) rf_params_init_sized((params), sizeof(struct rf_params))
 /** The same for a struct of `size` bytes; call rf_params_init(). */
 RF_API void rf_params_init_sized(struct rf_params *params, size_t size);
