@@ -191,6 +191,28 @@ def test_an_f_stop_of_a_scene(view, tmp_path, binary, own, options):
         assert numpy.array_equal(read_exr(tmp_path / made), saved), made
 
 
+@pytest.mark.parametrize("options", [[*STOP, "--sensor-width", "36"], []])
+def test_an_f_stop_that_comes_later(view, tmp_path, binary, options):
+    """Of a file of parameters, for a scene that has a lens: as typed at first."""
+    (tmp_path / "s.pov").write_text(SCENE)
+    (tmp_path / "later.params").write_text("f-stop 4\nunit-scale 10\n")
+    size = ["--", "+W120", "+H80"]
+    window = view("s.pov", *options, *size)
+    window.wait_open()
+    window.drop(tmp_path / "later.params")
+    window.wait_text("said", "later.params are set")
+    window.wait_best()
+    window.key("ctrl+s")
+    window.wait_text("saved", "saved s_focus.exr")
+    window.quit()
+    later = [*options, "--f-stop", "4", "--unit-scale", "10"]
+    command = [binary, "povray", "s.pov", "-o", "c.exr", "--supersample", "1",
+               "--overscan", "0", *later, *size]  # fmt: skip
+    subprocess.run(command, check=True, cwd=tmp_path, timeout=300)
+    found, wanted = (read_exr(tmp_path / n) for n in ("s_focus.exr", "c.exr"))
+    assert numpy.abs(found - wanted).max() < 1e-3
+
+
 @pytest.mark.parametrize("options", [[], ["--views", "2"]])
 def test_what_a_scene_is_warned_of(view, tmp_path, options):
     """What rackfocus povray says as a warning is said at the bottom."""

@@ -58,13 +58,25 @@ static void make_scene_options(struct stage *stage, const struct settings *typed
     o->wants_lens = stage->options->n_views > 1 && !stage->has_stop;
 }
 
-/* What was typed, but an f-stop that the scene's passes have as their radius. */
+/* What was typed, for passes of a scene with a lens: an f-stop is POV-Ray's lens radius,
+ * which they have, or, where it came later, another one. */
 static struct settings typed_of_passes(const struct stage *stage,
                                        const struct settings *typed)
 {
     struct settings left = *typed;
-    if (stage->has_stop)
+    struct povray_stop now = {.f_stop = 0};
+    const struct povray_stop *rendered = &stage->povray_options.stop;
+    const int is_ortho = stage->camera.is_orthographic;
+    if (!stage->has_stop && !(stage->is_scene && stage->camera.aperture > 0))
+        return left;
+    if (povray_lens_take_stop(&left, &now) &&
+        now.radius[is_ortho] != rendered->radius[is_ortho]) {
+        char radius[40];
+        snprintf(radius, sizeof(radius), "%.17g", now.radius[is_ortho]);
+        settings_set(&left, "lens-radius", radius, NULL);
+    } else if (stage->has_stop) {
         povray_lens_drop_stop(&left);
+    }
     return left;
 }
 
