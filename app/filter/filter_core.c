@@ -10,6 +10,7 @@
 #include "filter/filter_run.h"
 #include "sources/depth_repair.h"
 #include "sources/picture.h"
+#include "sources/picture_doubts.h"
 
 /* ---- messages ------------------------------------------------------------------- */
 
@@ -62,26 +63,6 @@ static const struct source *faulty_source(const struct run *run)
     return &run->source;
 }
 
-/* A way out for colours that are NaN or infinite; "" where other programs would not find
- * them by their names. */
-static void explain_pixels(const struct source *source, char *text, size_t n_bytes)
-{
-    int n, n_parts;
-    const struct image_channel_info *channels = image_channels(source->colour, &n);
-    image_parts(source->colour, &n_parts);
-    const struct image_layer *layer = &source->layer;
-    if (n_parts != 1 || source->is_grey || layer->is_chroma)
-        return;
-    const char *path = image_path(source->colour);
-    snprintf(
-        text, n_bytes,
-        "; or give them the mean around: oiiotool %.150s --ch %.50s,%.50s,%.50s%s%.50s "
-        "--fixnan box3 -o colour.exr, and filter colour.exr --depth-file %.150s",
-        path, channels[layer->r].name, channels[layer->g].name, channels[layer->b].name,
-        layer->a >= 0 ? "," : "", layer->a >= 0 ? channels[layer->a].name : "",
-        image_path(source->depth ? source->depth : source->colour));
-}
-
 static int fail_of(const struct run *run, const struct source *source,
                    const struct rf_error *error)
 {
@@ -102,7 +83,7 @@ static int fail_of(const struct run *run, const struct source *source,
     char way_out[600] = "";
     if (error->code == RF_ERROR_PIXEL && strcmp(error->field, "colour") == 0 &&
         !run->has_views && !run->is_deep)
-        explain_pixels(source, way_out, sizeof(way_out));
+        picture_explain_pixels(source, way_out, sizeof(way_out));
     if (error->code == RF_ERROR_DEPTH && source == &run->source)
         depth_explain(&run->numbers, source, &run->settings->params, way_out,
                       sizeof(way_out));

@@ -101,3 +101,22 @@ void picture_say_doubts(const struct depth_picture *picture,
     if (is_straight(picture, text, sizeof(text)))
         say(user, text);
 }
+
+void picture_explain_pixels(const struct source *source, char *text, size_t n_bytes)
+{
+    int n, n_parts;
+    const struct image_channel_info *channels = image_channels(source->colour, &n);
+    image_parts(source->colour, &n_parts);
+    const struct image_layer *layer = &source->layer;
+    *text = 0;
+    if (n_parts != 1 || source->is_grey || layer->is_chroma)
+        return;
+    const char *path = image_path(source->colour);
+    snprintf(
+        text, n_bytes,
+        "; or give them the mean around: oiiotool %.150s --ch %.50s,%.50s,%.50s%s%.50s "
+        "--fixnan box3 -o colour.exr, and filter colour.exr --depth-file %.150s",
+        path, channels[layer->r].name, channels[layer->g].name, channels[layer->b].name,
+        layer->a >= 0 ? "," : "", layer->a >= 0 ? channels[layer->a].name : "",
+        image_path(source->depth ? source->depth : source->colour));
+}

@@ -24,4 +24,8 @@ void picture_say_doubts(const struct depth_picture *picture,
  * others would not find its channels. */
 void explain_straight(const struct source *source, char *text, size_t n_bytes);
 
+/* A way out for colours that are NaN or infinite, "; or give them the mean around: ...";
+ * "" where other programs would not find them by their names. */
+void picture_explain_pixels(const struct source *source, char *text, size_t n_bytes);
+
 #endif

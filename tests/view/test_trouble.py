@@ -81,8 +81,24 @@ def test_bad_pixels_are_told(view, passes):
     data[-4:] = numpy.float32("nan").tobytes()  # of Z, the last channel
     open(path, "wb").write(data)
     window = view(path)
-    assert "NaN" in window.wait_text("problem")
+    said = window.wait_text("said", "no distances; where NaN means")
+    assert "--fixnan black" in said and "NaN" in window.wait_text("problem")
     window.quit()
+    assert f"oiiotool {path}" in window.printed()
+
+
+def test_a_way_out_of_bad_colours(view, rackfocus, tmp_path):
+    """That of rackfocus filter."""
+    channels = {c: numpy.full((40, 60), 0.5, numpy.float32) for c in "RGB"}
+    channels["Z"] = numpy.full((40, 60), 5, numpy.float32)
+    channels["R"][3, 4] = numpy.nan
+    plainexr.write(tmp_path / "a.exr", channels)
+    words = ["a.exr", "--focus-distance", "4", "--depth-repair", "off"]
+    window = view(*words)
+    said = window.wait_text("said", "NaN or infinite; or give them")
+    window.quit()
+    filtered = rackfocus("filter", *words, "-o", "o.exr", code=1, cwd=tmp_path).stderr
+    assert said.split("; or")[1] in filtered
 
 
 @pytest.mark.parametrize(

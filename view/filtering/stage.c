@@ -2,6 +2,7 @@
 #include "filtering/stage.h"
 
 #include <ctype.h>
+#include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -186,6 +187,31 @@ static bool resolve_source(const struct stage *stage, const struct source *sourc
     return false;
 }
 
+/* What the core refuses to blur, with the way out that `rackfocus filter` has for it. */
+static void remark_refused(struct stage *stage, const struct source *source,
+                           const struct rf_params *params, const struct input *input)
+{
+    const struct rf_image *colour = &input->views[0].colour;
+    const float *pixels = colour->data;
+    const size_t n = (size_t)colour->width * (size_t)colour->height;
+    struct depth_numbers numbers = {0};
+    size_t n_bad = 0;
+    char way_out[600], text[700];
+    for (size_t i = 0; i < n * (size_t)colour->channels; i++)
+        n_bad += !isfinite(pixels[i]);
+    picture_explain_pixels(source, way_out, sizeof(way_out));
+    snprintf(text, sizeof(text), "the colour has numbers that are NaN or infinite%s",
+             way_out);
+    if (n_bad > 0)
+        add_remark(stage, text);
+    depth_numbers_add(&numbers, params, input->views[0].depth.data, n);
+    depth_explain(&numbers, source, params, way_out, sizeof(way_out));
+    snprintf(text, sizeof(text), "the depth has numbers that are no distances%s",
+             way_out);
+    if (way_out[0])
+        add_remark(stage, text);
+}
+
 /* The depth of all views of a source, as `rackfocus filter` takes it. */
 static bool mend_depth(struct stage *stage, const struct settings *typed,
                        const struct source *source, const struct input *input,
@@ -199,11 +225,12 @@ static bool mend_depth(struct stage *stage, const struct settings *typed,
     for (int i = 0; i < input->n_views; i++)
         rf_depth_undo_mist(input->views[i].depth.data, n,
                            (enum rf_mist)options->mist_falloff);
-    if (options->depth_repair == DEPTH_REPAIR_OFF)
-        return true;
-    if (!resolve_source(stage, source, typed, &settings, &params, error->message,
-                        sizeof(error->message)))
-        return false;
+    const bool is_resolved = resolve_source(stage, source, typed, &settings, &params,
+                                            error->message, sizeof(error->message));
+    if (is_resolved && !stage->scene && input->n_views == 1)
+        remark_refused(stage, source, &params, input);
+    if (!is_resolved || options->depth_repair == DEPTH_REPAIR_OFF)
+        return is_resolved || options->depth_repair == DEPTH_REPAIR_OFF;
     const struct depth_picture picture = {source, &settings, &params, input->views,
                                           input->n_views};
     const struct depth_listener listener = {add_remark, stage};
