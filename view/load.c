@@ -242,6 +242,18 @@ static void remember_file(struct app *app, const char *path)
     free(full);
 }
 
+/* What is known of the folder, once, and of the file. */
+static void say_remarks(struct app *app, const struct stage *stage)
+{
+    char *of_list = app->playlist.remark;
+    const char *comma = of_list[0] && stage->remark[0] ? "; " : "";
+    if (of_list[0] || stage->remark[0]) {
+        view_say(app, "%s%s%s", of_list, comma, stage->remark);
+        message("%s: %s%s%s", stage->files->paths[0], of_list, comma, stage->remark);
+    }
+    of_list[0] = 0;
+}
+
 void load_end(struct app *app)
 {
     struct loader *loader = &app->loader;
@@ -267,10 +279,7 @@ void load_end(struct app *app)
     remember_file(app, stage->files->paths[0]);
     name_window(app, stage->files->paths[0]);
     save_default_name(app);
-    if (stage->remark[0]) {
-        view_say(app, "%s", stage->remark);
-        message("%s: %s", stage->files->paths[0], stage->remark);
-    }
+    say_remarks(app, stage);
     check_reference(app);
     trace_text(app, "loaded", stage->files->paths[0]);
 }

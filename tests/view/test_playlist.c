@@ -70,6 +70,33 @@ static void other_names(void)
     remove_folder(names);
 }
 
+/* What the folder that holds `names` is told of. */
+static void check_remark(const char *const *names, const char *remark)
+{
+    struct playlist list;
+    struct image_error error;
+    make_folder(names);
+    char *paths[] = {folder};
+    REQUIRE(playlist_open(&list, paths, 1, &error));
+    CHECK(strcmp(list.remark, remark) == 0);
+    playlist_close(&list);
+    remove_folder(names);
+}
+
+static void missing_frames(void)
+{
+    static const char *const holes[] = {"s.0001.exr", "s.0002.exr", "s.0003.exr",
+                                        "s.0005.exr", "s.0008.exr", NULL};
+    static const char *const steps[] = {"s.0001.exr", "s.0003.exr", "s.0005.exr", NULL};
+    static const char *const mixed[] = {"a.exr", "s.0001.exr", "s.0002.exr",
+                                        "s.0004.exr", NULL};
+    static const char *const few[] = {"s.0001.exr", "s.0002.exr", "s.0090.exr", NULL};
+    check_remark(holes, "of frames 1 to 8 there is no 4,6-7");
+    check_remark(steps, "");
+    check_remark(mixed, "");
+    check_remark(few, "");
+}
+
 static void nothing_there(void)
 {
     static const char *const names[] = {"c.png", NULL};
@@ -89,6 +116,7 @@ int main(int argc, char **argv)
     testing_begin(argc, argv);
     TEST(frames_and_views);
     TEST(other_names);
+    TEST(missing_frames);
     TEST(nothing_there);
     return testing_end();
 }

@@ -114,6 +114,17 @@ def test_a_folder_is_stepped_through(view, passes, tmp_path, command_picture):
     assert window.sees(first)
 
 
+def test_holes_in_a_folder_are_told(view, passes, tmp_path):
+    for i in (1, 2, 4):
+        passes(f"passes{i:04}.exr")
+    window = view(tmp_path)
+    window.wait_text("said", "of frames 1 to 4 there is no 3")
+    window.key("Next")
+    window.wait_text("loaded", "passes0002.exr")
+    window.quit()
+    assert window.printed().count("there is no 3") == 1
+
+
 SCENE = """
 #version 3.7;
 global_settings { assumed_gamma 1 }

@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "common/frame_list.h"
 #include "common/report.h"
 #include "file.h"
 #include "folder.h"
@@ -149,6 +150,31 @@ static bool open_folder(struct playlist *playlist, const char *folder,
     return is_good;
 }
 
+/* Says which frames are missing where a folder holds a sequence and nothing else, as
+ * `rackfocus filter` does. */
+static void note_missing(struct playlist *playlist)
+{
+    char pattern[4352];
+    struct image_error ignored;
+    struct frame_list list = {0}, missing = {0};
+    if (playlist->n < 2 ||
+        !frame_guess_pattern(playlist->pictures[0].paths[0], pattern,
+                             sizeof(pattern)) ||
+        !frame_list_find(&list, pattern, &ignored))
+        return;
+    if (list.n == playlist->n && frame_list_missing(&missing, &list, &ignored) &&
+        missing.n > 0 && missing.n < list.n) {
+        char *text = frame_list_text(missing.numbers, missing.n, &ignored);
+        if (text)
+            snprintf(playlist->remark, sizeof(playlist->remark),
+                     "of frames %d to %d there is no %.200s", (int)list.numbers[0],
+                     (int)list.numbers[list.n - 1], text);
+        free(text);
+    }
+    frame_list_free(&missing);
+    frame_list_free(&list);
+}
+
 bool playlist_open(struct playlist *playlist, char *const *paths, int n_paths,
                    struct image_error *error)
 {
@@ -160,8 +186,10 @@ bool playlist_open(struct playlist *playlist, char *const *paths, int n_paths,
         return false;
     }
     if (n_paths == 1 && os_file_facts(paths[0]).kind == OS_FILE_FOLDER) {
-        if (open_folder(playlist, paths[0], error))
+        if (open_folder(playlist, paths[0], error)) {
+            note_missing(playlist);
             return true;
+        }
         playlist_close(playlist);
         return false;
     }

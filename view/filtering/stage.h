@@ -25,6 +25,7 @@ struct picture_files {
 struct playlist {
     struct picture_files *pictures;
     int n;
+    char remark[400]; /* frames that a folder lacks; "": none */
 };
 
 /* Finds the pictures; scenes count as one picture of one path. False with a message in
