@@ -80,8 +80,13 @@ char *ini_unquoted(const char *value)
 static void take_option(struct walk *walk, const char *option, const char *file)
 {
     walk->receive(walk->user, option, file);
-    if (option[0] != '+' && option[0] != '-' && !strchr(option, '='))
-        walk_file(walk, option);
+    const char *included = ini_value(option, "Include_Ini", "");
+    if (!included && option[0] != '+' && option[0] != '-' && !strchr(option, '='))
+        included = option;
+    char *name = included ? ini_unquoted(included) : NULL;
+    if (name)
+        walk_file(walk, name);
+    free(name);
 }
 
 /* Switches and names of a line. */

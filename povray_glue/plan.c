@@ -24,9 +24,12 @@ struct found {
 
 static bool is_scene_name(const char *option)
 {
-    size_t n = strlen(option);
-    return n > 4 && option[0] != '+' && option[0] != '-' && !strchr(option, '=') &&
-           strcasecmp(option + n - 4, ".pov") == 0;
+    char *name = ini_unquoted(option);
+    const size_t n = name ? strlen(name) : 0;
+    const bool is_scene = n > 4 && name[0] != '+' && name[0] != '-' &&
+                          !strchr(name, '=') && strcasecmp(name + n - 4, ".pov") == 0;
+    free(name);
+    return is_scene;
 }
 
 /* Does the option ask for some columns or rows? The first is 1 or 0, a last one of 1
@@ -186,9 +189,33 @@ static bool use_found(struct povray_plan *plan, const struct found *found,
     return choose_frames(plan, found, operand, error);
 }
 
+/* The mark at the beginning of a file that POV-Ray cannot read with it; NULL: none. */
+static const char *unreadable_mark(const char *path)
+{
+    struct text text = {0};
+    const char *mark = NULL;
+    if (text_read_file(&text, path) && text.n >= 3) {
+        if (memcmp(text.data, "\xff\xfe", 2) == 0 ||
+            memcmp(text.data, "\xfe\xff", 2) == 0)
+            mark = "is in UTF-16";
+        else if (memcmp(text.data, "\xef\xbb\xbf", 3) == 0)
+            mark = "begins with a byte order mark";
+    }
+    text_free(&text);
+    return mark;
+}
+
 static bool check_ini(const char *ini, const char *operand, struct povray_error *error)
 {
     const bool is_there = path_is_file(ini);
+    const char *mark = is_there ? unreadable_mark(ini) : NULL;
+    if (mark) {
+        snprintf(error->message, sizeof error->message,
+                 "%s: %s, which POV-Ray cannot read; save it as plain text (UTF-8 "
+                 "without a byte order mark, ANSI)",
+                 ini, mark);
+        return false;
+    }
     if (is_there && ini_has_section(operand))
         return true;
     snprintf(error->message, sizeof error->message,

@@ -251,6 +251,42 @@ def test_parts_of_an_animation(rackfocus, tmp_path, options, frames):
     assert (found and found.group(1)) == frames
 
 
+@pytest.mark.parametrize(
+    "line, name",
+    [
+        ('Include_Ini="a b.ini"', "a b.ini"),
+        ("Include_INI = part", "part.ini"),
+        ("Include_Ini=part.ini[more]", "part.ini"),
+        ('"a b.ini"', "a b.ini"),
+    ],
+)
+def test_an_initialisation_file_names_another(rackfocus, tmp_path, line, name):
+    """As POV-Ray reads them: the frames were a still, and no scene was named."""
+    (tmp_path / "two words.pov").write_text(SCENE)
+    (tmp_path / "a.ini").write_text(line + "\n")
+    (tmp_path / name).write_text('"two words.pov" +W32\n[more]\nFinal_Frame=3\n')
+    if "more" in line:
+        (tmp_path / "a.ini").write_text(line + '\n"two words.pov"\n')
+    else:
+        (tmp_path / name).write_text('Final_Frame=3\n"two words.pov" +W32\n')
+    asked = ["frames", "--", "povray", "a.ini", "-o", "o.exr"]
+    assert "--frames 1-3\n" in rackfocus(*asked, cwd=tmp_path, code=1).stdout
+
+
+@pytest.mark.parametrize(
+    "encoding, words",
+    [("utf-16", "is in UTF-16"), ("utf-8-sig", "begins with a byte order mark")],
+)
+def test_an_initialisation_file_that_povray_cannot_read(
+    rackfocus, tmp_path, encoding, words
+):
+    """As Windows' Notepad saves them; POV-Ray itself names no reason."""
+    (tmp_path / "s.pov").write_text(SCENE)
+    (tmp_path / "a.ini").write_text("[one]\nInput_File_Name=s.pov\n", encoding)
+    done = rackfocus("povray", "a.ini[one]", "-o", "o.exr", cwd=tmp_path, code=1)
+    assert f"a.ini: {words}" in done.stderr and "save it as plain text" in done.stderr
+
+
 def test_an_initialisation_file_without_a_scene(rackfocus, tmp_path):
     (tmp_path / "a.ini").write_text("Width=80\n")
     text = rackfocus("povray", "a.ini", "-o", "o.exr", cwd=tmp_path, code=1).stderr
