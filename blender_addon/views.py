@@ -25,6 +25,7 @@ from . import (
     bodies,
     camera_objects,
     compat,
+    culling,
     denoising,
     failures,
     finishing,
@@ -120,7 +121,8 @@ def view_count(settings):
 def is_one_by_one(settings, scene):
     """Are the views rendered one after another?"""
     is_matte_wrong = compat.MATTES_ADD_VIEWS and setup.has_mattes(scene)
-    return not multiview_works or is_matte_wrong or is_spread(settings)
+    is_wrong = is_matte_wrong or culling.is_on(scene)
+    return not multiview_works or is_wrong or is_spread(settings)
 
 
 def is_spread(settings):

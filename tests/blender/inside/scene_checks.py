@@ -685,4 +685,23 @@ def between_frames():
     same(shot(scene, "between4.exr"), made)
 
 
+@check
+def things_that_simplify_leaves_out():
+    """Cycles leaves nothing out in multi-view: far cubes, lamps behind the camera."""
+    scene, _ = start(views=3)
+    scene.cycles.samples = 48
+    far = [o for o in scene.objects if o.type == "MESH" and o.location.y > 5]
+    scene.render.use_simplify = scene.cycles.use_distance_cull = True
+    scene.cycles.distance_cull_margin = 5
+    whole = shot(scene, "culled0.exr")
+    for thing in far:
+        thing.cycles.use_distance_cull = True
+    made = shot(scene, "culled1.exr")
+    assert not last_message(scene), last_message(scene)
+    for thing in far:
+        thing.hide_render = True
+    wanted = shot(scene, "culled2.exr")
+    assert tpsnr(made, wanted) > 40 > 35 > tpsnr(whole, wanted)
+
+
 checking.run(check, "scene_results.json")

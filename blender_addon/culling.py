@@ -1,0 +1,23 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What Simplify > Culling leaves out of a render.
+
+Cycles asks how far things are from the camera, and whether it sees them, with one camera
+alone: in multi-view it leaves nothing out, and what the artist's own render does not show,
+light too, would be in the views. They are rendered one after another then.
+"""
+
+import bpy
+
+
+def is_on(scene):
+    """Does Cycles leave things out of a scene by where the camera is?"""
+    render = scene.render
+    if render.engine != "CYCLES" or not render.use_simplify:
+        return False
+    switches = [
+        name
+        for name in ("use_camera_cull", "use_distance_cull")
+        if getattr(scene.cycles, name)
+    ]
+    things = [thing.cycles for thing in bpy.data.objects if hasattr(thing, "cycles")]
+    return any(getattr(one, name) for one in things for name in switches)
