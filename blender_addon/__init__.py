@@ -36,6 +36,7 @@ from . import (  # noqa: E402
     refocusing,
     setup,
     ui,
+    view_compositor,
     viewport,
 )
 
@@ -49,6 +50,7 @@ MODULES = (
     picker,
     gizmo,
     compare,
+    view_compositor,
     ui,
     viewport,
     handlers,

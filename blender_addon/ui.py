@@ -24,6 +24,7 @@ from . import (
     strokes,
     supersample,
     unblurred,
+    view_compositor,
     views,
     words,
 )
@@ -157,6 +158,7 @@ class CameraPanel(InCamera):
         except (lens.CameraError, rackfocus.Error) as error:
             column.label(text=str(error), icon="ERROR")
         draw_messages(column, scene)
+        view_compositor.draw(column, scene)
         draw_refocus(layout, scene)
         draw_finish(layout, scene, settings)
         layout.operator("rack_focus.compare", icon="IMAGE_REFERENCE")

@@ -704,4 +704,36 @@ def things_that_simplify_leaves_out():
     assert tpsnr(made, wanted) > 40 > 35 > tpsnr(whole, wanted)
 
 
+@check
+def composited_3d_views():
+    """They show nothing of other scenes, and were empty without a word."""
+    scene = bpy.context.scene
+    is_empty = addon("view_compositor").is_empty
+    windows = bpy.context.window_manager.windows
+    areas = [area for window in windows for area in window.screen.areas]
+    shading = next(a for a in areas if a.type == "VIEW_3D").spaces.active.shading
+    if bpy.app.version < (3, 5, 0):
+        start()
+        assert not is_empty(scene)
+        return
+    shading.type, shading.use_compositor = "RENDERED", "ALWAYS"
+    assert not is_empty(scene)
+    start()
+    assert is_empty(scene)
+    tree = common.tree_of(scene)
+    output = addon("compat").output_socket(tree)
+    picture = output.links[0].from_socket
+    tree.links.remove(output.links[0])
+    assert not is_empty(scene)
+    shading.use_compositor = "DISABLED"
+    tree.links.new(picture, output)
+    assert not is_empty(scene)
+    shading.type, shading.use_compositor = "SOLID", "CAMERA"
+    assert not is_empty(scene)
+    shading.type = "RENDERED"
+    assert is_empty(scene)
+    bpy.ops.rack_focus.views_uncomposited()
+    assert shading.use_compositor == "DISABLED" and not is_empty(scene)
+
+
 checking.run(check, "scene_results.json")
