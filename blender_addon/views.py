@@ -185,12 +185,18 @@ def is_unfiltered(settings, scene):
 
 def renders_copies(scene):
     """Are copies of a scene rendered in its place?"""
-    if scene.render.use_multiview or group.nodes_of(scene):
+    if not _may_have_views(scene):
         return False
     if freestyle.is_drawn(scene) or bodies.why_one_view(scene):
         return False
     most, scale = _asked(scene)
     return most > 1 or scale > 1 or sampling.has_offset(scene)
+
+
+def _may_have_views(scene):
+    """May a render have views? They are of no use where nodes show the plain render."""
+    has_own = scene.render.use_multiview or group.nodes_of(scene)
+    return not has_own and setup.is_used(scene)
 
 
 def _asked(scene):
@@ -215,7 +221,7 @@ def begin(scene, own_samples=0, is_refocus=False):
     are there already. Does nothing where the scene itself is all that is rendered.
     """
     clean_up()
-    if scene.render.use_multiview or group.nodes_of(scene):
+    if not _may_have_views(scene):
         return
     has_lines = freestyle.is_drawn(scene)
     cameras = [c for c in camera_objects.cameras_of(scene) if c.data.rack_focus.enabled]

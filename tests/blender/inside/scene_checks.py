@@ -66,6 +66,10 @@ def nodes_that_show_no_picture():
         assert "show nothing of the Rack Focus node" in said, (name, said)
         assert "press F12" not in said and not last_message(scene), said
         assert addon("unblurred").describe(scene)
+        settings = scene.camera.data.rack_focus
+        settings.views = 3  # not the depth of one of them, in a part of the samples
+        same(shot(scene, "nothing1.exr"), plain)
+        settings.views = 1
         ours = addon("setup").filter_scene_of(scene)
         node = next(n for n in tree.nodes if getattr(n, "scene", None) == ours)
         tree.links.new(node.outputs["Image"], output)
