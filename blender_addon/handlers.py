@@ -12,6 +12,7 @@ import bpy
 from bpy.app.handlers import persistent
 
 from . import (
+    blended,
     bodies,
     camera_objects,
     driven,
@@ -103,7 +104,9 @@ def _prepare(scene):
             if lines:
                 failures.say(scene, ". ".join(lines), is_failure=False)
             camera = camera_objects.camera_at(scene, scene.frame_current)
+            blended.forget()
             for lines in (
+                blended.describe(scene, camera),
                 holdouts.describe(scene, camera),
                 lamps.describe(scene, camera),
                 strokes.describe(scene),
@@ -255,6 +258,7 @@ def on_load(*_):
 
 
 def _mend():
+    blended.forget()
     shining.forget()
     refocusing.forget()
     park.forget()
@@ -307,6 +311,7 @@ _is_busy = False
 def on_change(*_):
     """Follows a change of the scene's camera, its view layers, or a copied scene."""
     global _is_busy
+    blended.forget()
     shining.forget()
     if _is_busy or engine.rendering or bpy.app.is_job_running("RENDER"):
         return

@@ -7,6 +7,7 @@ import bpy
 from bpy.props import BoolProperty, IntProperty, StringProperty
 
 from . import (
+    blended,
     camera_objects,
     denoising,
     finishing,
@@ -115,6 +116,7 @@ class CameraPanel(InCamera):
         if settings.enabled:
             for text in (
                 *shining.describe(scene, settings),
+                *blended.describe(scene, scene.camera),
                 *holdouts.describe(scene, scene.camera),
                 *lamps.describe(scene, scene.camera),
                 *strokes.describe(scene),

@@ -740,4 +740,29 @@ def composited_3d_views():
     assert shading.use_compositor == "DISABLED" and not is_empty(scene)
 
 
+@check
+def blended_materials_of_eevee():
+    """EEVEE gives them no depth (28.1 dB for 36.4): box and console name one."""
+    scene, data = start()
+    cube = next(o for o in scene.objects if o.type == "MESH")
+    material = cube.data.materials[0]
+    describe = addon("blended").describe
+    kinds = bpy.types.RenderSettings.bl_rna.properties["engine"].enum_items.keys()
+    scene.render.engine = next(k for k in kinds if k.startswith("BLENDER_EEVEE"))
+    update()
+    assert not describe(scene, scene.camera)
+    is_old = bpy.app.version < (4, 2, 0)
+    field = "blend_method" if is_old else "surface_render_method"
+    setattr(material, field, "BLEND" if is_old else "BLENDED")
+    with heard() as said:
+        addon("handlers")._prepare(scene)
+    assert f"“{material.name}” is blended" in said.getvalue(), said.getvalue()
+    assert ("Hashed" if is_old else "Dithered") in describe(scene, scene.camera)[1]
+    data.rack_focus.method = "accumulate"
+    assert not describe(scene, scene.camera)
+    data.rack_focus.method = "layered"
+    scene.render.engine = "CYCLES"
+    assert not describe(scene, scene.camera)
+
+
 checking.run(check, "scene_results.json")
