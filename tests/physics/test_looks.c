@@ -84,10 +84,23 @@ static int fine_of(const struct lamp *lamp)
     return r > WIDE_PX ? WIDE_FINE : r < FINE_PX ? FINEST : FINE;
 }
 
+/* Is a pixel lit alike on a grid of n x n points, its corners among them? No rim of a lamp
+ * that is much wider than the grid is crosses it then. */
+static bool is_even(const struct lamp *lamp, int x, int y, int n)
+{
+    bool is_first = is_lit(lamp, x, y);
+    for (int i = 1; i < n * n; i++)
+        if (is_lit(lamp, x + i % n / (n - 1.0), y + i / n / (n - 1.0)) != is_first)
+            return false;
+    return true;
+}
+
 /* How much of a pixel is lit. */
 static double lit_share(const struct lamp *lamp, int x, int y)
 {
     int n = 0, fine = fine_of(lamp);
+    if (fine >= FINE && is_even(lamp, x, y, fine == FINE ? 3 : 6))
+        return is_lit(lamp, x, y);
     for (int i = 0; i < fine * fine; i++)
         n += is_lit(lamp, x + (i % fine + 0.5) / fine, y + (i / fine + 0.5) / fine);
     return n / (double)(fine * fine);
@@ -153,7 +166,9 @@ static void check_lamp(const struct frame *f, const struct lamp *lamp)
                lamp->r, lamp->x, lamp->y, sum / LAMP - 1, wrong);
 }
 
-enum { N_PLACES = 9 };
+/* Three times three, row by row; of each kind one: in a corner, in the middle, beside a
+ * side. */
+enum { N_PLACES = 9, CORNER = 0, CENTRE = 4, SIDE_PLACE = 7 };
 
 /* Lamps at the places from `first` on, of a picture of radius r. */
 static void check_lamps(const struct look *look, int method, double r, int first, int n)
@@ -186,9 +201,14 @@ static void check_look(const struct look *look, int method, double most)
 {
     int first = method == RF_METHOD_SCATTER ? 6 : 0; /* its circles are whole pixels */
     for (int i = first; i < N_RADII && fabs(RADII[i]) <= most; i++) {
-        int n = fabs(RADII[i]) > WIDE_PX ? 1 : N_PLACES; /* wide ones would overlap */
-        for (int k = 0; k < N_PLACES; k += n)
-            check_lamps(look, method, RADII[i], k, n);
+        if (fabs(RADII[i]) <= WIDE_PX) {
+            check_lamps(look, method, RADII[i], 0, N_PLACES);
+            continue;
+        }
+        static const int places[] = {CORNER, CENTRE,
+                                     SIDE_PLACE}; /* they would overlap */
+        for (int k = 0; k < 3; k++)
+            check_lamps(look, method, RADII[i], places[k], 1);
     }
 }
 
@@ -229,11 +249,11 @@ static void extremes(void)
         {"bent", .bend_px = 120, .ratio = 1, .is_wide = true},
         {"bent back, swirl 2", .swirl = 2, .bend_px = -90, .ratio = 1, .is_wide = true},
     };
-    static const double radii[] = {40, -150};
-    for (size_t i = 0; i < sizeof looks / sizeof *looks; i++)
-        for (size_t k = 0; k < sizeof radii / sizeof *radii; k++)
-            for (int place = 0; place < N_PLACES / 2 + 1; place += 4)
-                check_lamps(&looks[i], RF_METHOD_LAYERED, radii[k], place, 1);
+    for (size_t i = 0; i < sizeof looks / sizeof *looks; i++) {
+        check_lamps(&looks[i], RF_METHOD_LAYERED, 40, CORNER, 1);
+        check_lamps(&looks[i], RF_METHOD_LAYERED, 40, CENTRE, 1);
+        check_lamps(&looks[i], RF_METHOD_LAYERED, -150, CORNER, 1);
+    }
 }
 
 static void doors(void)
@@ -353,7 +373,7 @@ static void aberration_keeps_within_its_tiles(void)
                                               {"pixel-aspect", "2"},
                                               {"aperture-ratio", "0.5"},
                                               {"cat-eye", "1"}};
-    struct frame f = frame_make(200, 160, 3);
+    struct frame f = frame_make(140, 100, 3);
     frame_fill_scene(&f, 30);
     for (int i = 0; i < 16; i++) {
         struct rf_params p;
