@@ -560,8 +560,8 @@ def add_viewer(tree):
 
 
 def own_lens(scene, data):
-    """What the camera's own depth of field makes of a scene, of 256 samples."""
-    samples, scene.cycles.samples = scene.cycles.samples, 256
+    """What the camera's own depth of field makes of a scene, of 128 samples."""
+    samples, scene.cycles.samples = scene.cycles.samples, 128
     data.rack_focus.enabled, data.dof.use_dof = False, True
     made = shot(scene, "own.exr")
     data.dof.use_dof, scene.cycles.samples = False, samples
@@ -602,8 +602,8 @@ def three_lamps():
     lamps[1].data.use_nodes, lamps[1].data.energy = True, 1
     lamps[1].data.node_tree.nodes["Emission"].inputs["Strength"].default_value = 3
     render = bpy.context.scene.render
-    render.resolution_x, render.resolution_y = 150, 100
-    bpy.context.scene.cycles.samples = 64
+    render.resolution_x, render.resolution_y = 120, 80
+    bpy.context.scene.cycles.samples = 32
     return lamps
 
 

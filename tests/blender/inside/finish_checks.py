@@ -127,14 +127,14 @@ def supersampling_is_sharper():
     """In focus as the scene's own render; out of focus nearer to the own lens."""
     scene, data = start(supersample=2)
     scores = {}
-    reference = own_lens(scene, 2048)
+    reference = own_lens(scene, 512)
     for scale in (1, 2):
         data.rack_focus.supersample = scale
         scores[scale] = tpsnr(rgba(render(scene, OUT / "f.exr")), reference)
     print("SUPERSAMPLE", scores)
     assert scores[2] > scores[1] + 0.3, scores
     data.dof.aperture_fstop = 1000
-    scene.cycles.samples = 1024
+    scene.cycles.samples = 512
     sharp = rgba(pinhole(scene, OUT / "f_passes.exr"), "ViewLayer")
     made = rgba(render(scene, OUT / "f.exr"))
     print("SHARP", tpsnr(made, sharp))
@@ -240,7 +240,7 @@ def finish():
 def finish_is_nearer_to_the_own_lens():
     """Than our picture alone, and than the own lens denoised by itself."""
     scene, data = start()
-    reference = own_lens(scene, 2048)
+    reference = own_lens(scene, 512)
     ours = rgba(render(scene, OUT / "f.exr"))
     bpy.ops.rack_focus.finish(samples=64)
     made = result(scene)
@@ -387,7 +387,7 @@ def views_are_denoised_together():
     _lit_floor()
     scene, data = start(method="views", views=2)
     layer, cycles = scene.view_layers[0], scene.cycles
-    cycles.samples = 1024
+    cycles.samples = 256
     wanted = rgba(render(scene, OUT / "f.exr"))
     cycles.samples, cycles.use_denoising = 16, True
     data.rack_focus.denoise_together = False
