@@ -123,16 +123,15 @@ def accumulate_is_the_mean():
 def the_mean_converges_to_the_hosts_own():
     """More views come nearer to Cycles' own depth of field; 8 samples a view."""
     scene, data = start(method="accumulate")
-    wanted = physical(scene, 4096)
+    wanted = physical(scene, 1024)
     scores = {}
-    for n in (8, 16, 32, 64, 128):
+    for n in (8, 16, 32):
         data.rack_focus.views, scene.cycles.samples = n, 8 * n
         scores[n] = round(tpsnr(rgba(render(scene, OUT / "c.exr")), wanted), 2)
         assert not last_message(scene), last_message(scene)
-    own = {n: round(tpsnr(physical(scene, 8 * n), wanted), 2) for n in (8, 128)}
-    print("CONVERGES", json.dumps({"mean": scores, "own": own}))
+    print("CONVERGES", json.dumps(scores))
     assert sorted(scores.values()) == list(scores.values()), scores
-    assert scores[128] > scores[8] + 4, scores
+    assert scores[32] > scores[8] + 6, scores
 
 
 @check
@@ -324,18 +323,18 @@ def wall(scene, distance):
     for item in [o for o in scene.objects if o.type == "MESH"]:
         bpy.data.objects.remove(item)
     rng = np.random.default_rng(7)
-    for x in np.arange(-2.7, 2.7, 0.15):
-        for z in np.arange(-1.8, 1.8, 0.15):
-            emitter("tile", rng.random(3), 0.15, (x, distance + 0.075, z))
+    for x in np.arange(-2.7, 2.7, 0.3):
+        for z in np.arange(-1.8, 1.8, 0.3):
+            emitter("tile", rng.random(3), 0.3, (x, distance + 0.15, z))
 
 
 @check
 def the_plane_in_focus_stays():
     """Sheared views keep all of it as sharp as the pinhole, turned ones the middle."""
-    scene, data = start(method="accumulate", views=16)
+    scene, data = start(method="accumulate", views=8)
     wall(scene, 3)
     data.lens = 30
-    scene.cycles.samples = 256
+    scene.cycles.samples = 128
     sharp = rgba(pinhole(scene, OUT / "plane.exr"), "ViewLayer")
     scores, middle = {}, np.s_[20:28, 31:41]
     for name, move, f_stop in (
