@@ -26,8 +26,8 @@ from common import addon, rgba  # noqa: E402
 
 DIST, OUT = (Path(a) for a in sys.argv[sys.argv.index("--") + 1 :][:2])
 FOCUS, DEPTH = 1.0, 2.0
-SAMPLES = 400  # of the blur of Cycles itself
-SHARP_SAMPLES = 64  # of what has no blur but of its edges, and is filtered
+SAMPLES = 256  # of the blur of Cycles itself
+SHARP_SAMPLES = 32  # of what has no blur but of its edges, and is filtered
 N_PLACES = 8
 
 CASES = {}
