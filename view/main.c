@@ -24,8 +24,9 @@ static bool take_shot(struct app *app, bool is_pinhole)
         return false;
     app->is_redraw_due = true;
     if (shot->error[0]) {
-        snprintf(app->state.problem, sizeof(app->state.problem), "%s", shot->error);
-        trace_text(app, "problem", shot->error);
+        snprintf(app->state.problem, sizeof(app->state.problem), "%s%s", shot->error,
+                 app->stage ? app->stage->way_out : "");
+        trace_text(app, "problem", app->state.problem);
         shot_free(shot);
         return false;
     }

@@ -196,20 +196,21 @@ static void remark_refused(struct stage *stage, const struct source *source,
     const size_t n = (size_t)colour->width * (size_t)colour->height;
     struct depth_numbers numbers = {0};
     size_t n_bad = 0;
-    char way_out[600], text[700];
+    char text[700];
     for (size_t i = 0; i < n * (size_t)colour->channels; i++)
         n_bad += !isfinite(pixels[i]);
-    picture_explain_pixels(source, way_out, sizeof(way_out));
-    snprintf(text, sizeof(text), "the colour has numbers that are NaN or infinite%s",
-             way_out);
-    if (n_bad > 0)
-        add_remark(stage, text);
     depth_numbers_add(&numbers, params, input->views[0].depth.data, n);
-    depth_explain(&numbers, source, params, way_out, sizeof(way_out));
+    depth_explain(&numbers, source, params, stage->way_out, sizeof(stage->way_out));
     snprintf(text, sizeof(text), "the depth has numbers that are no distances%s",
-             way_out);
-    if (way_out[0])
+             stage->way_out);
+    if (stage->way_out[0])
         add_remark(stage, text);
+    if (n_bad == 0)
+        return;
+    picture_explain_pixels(source, stage->way_out, sizeof(stage->way_out));
+    snprintf(text, sizeof(text), "the colour has numbers that are NaN or infinite%s",
+             stage->way_out);
+    add_remark(stage, text);
 }
 
 /* The depth of all views of a source, as `rackfocus filter` takes it. */

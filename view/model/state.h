@@ -53,7 +53,7 @@ struct state {
     struct rf_lens lens;
     bool is_valid; /* settings, params and lens are */
     int32_t width, height;
-    char problem[512]; /* why the last change was refused; "" */
+    char problem[1024]; /* why the last change was refused, and the way out; "" */
 
     enum view_mode mode;
     bool is_filter_on, is_split, has_eye;
