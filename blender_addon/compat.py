@@ -282,6 +282,11 @@ _SETTINGS = (
 )
 
 
+def writes_passes(scene):
+    """Are the files of a scene's renders of all its passes?"""
+    return scene.render.image_settings.file_format == "OPEN_EXR_MULTILAYER"
+
+
 class MultilayerExr:
     """Sets a scene's image settings to an uncompressed float EXR with all passes.
 

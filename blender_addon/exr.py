@@ -2,12 +2,15 @@
 """EXR files of scan lines without compression: read in place, and written.
 
 Every channel of such a file is a regular pattern of bytes that NumPy can view. Blender's
-files of passes are read, of one part or of several; what is written are 32-bit floats.
+files of passes are read, of one part or of several. What is written has one part, as its
+planes are or packed (ZIP of the OpenEXR library).
 """
 
 import mmap
 import os
 import struct
+import zlib
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import NamedTuple
 
@@ -17,6 +20,13 @@ MAGIC, VERSION = 20000630, 2
 LONG_NAMES_FLAG, MULTIPART_FLAG = 0x400, 0x1000
 FLOAT = 2
 SAMPLE_TYPES = {0: np.dtype("<u4"), 1: np.dtype("<f2"), FLOAT: np.dtype("<f4")}
+CODECS = {"NONE": (0, 1), "ZIPS": (2, 1), "ZIP": (3, 16)}  # number, lines of a block
+ZIP_LEVEL = 4  # of zlib, as the OpenEXR library takes
+STRUCTURE = set(  # attributes that say how a file lies, not what it shows
+    "channels chunkCount colorInteropID compression dataWindow displayWindow lineOrder "
+    "multiView name pixelAspectRatio preview screenWindowCenter screenWindowWidth type "
+    "version".split()
+)
 CAN_MAP = os.name == "posix"  # Windows removes no file that is mapped
 
 
@@ -32,6 +42,7 @@ class Part(NamedTuple):
     width: int
     height: int
     attributes: dict  # name: bytes
+    about: dict  # name: bytes of the whole attribute, those of STRUCTURE aside
 
 
 # ---- reading ----------------------------------------------------------------------
@@ -71,21 +82,22 @@ def _read_channels(data):
 
 def _read_header(cursor):
     """One header up to its end mark."""
-    attributes = {}
+    attributes, about = {}, {}
     while True:
         name = cursor.text()
         if not name:
             break
-        cursor.text()  # the type
-        size = cursor.unpack("<i")
+        kind, size = cursor.text(), cursor.unpack("<i")
         attributes[name] = bytes(cursor.data[cursor.at : cursor.at + size])
         cursor.at += size
+        if name not in STRUCTURE:
+            about[name] = attribute(name, kind, attributes[name])
     if attributes["compression"] != b"\0":
         raise ExrError("the render's passes came compressed")
     x0, y0, x1, y1 = struct.unpack("<4i", attributes["dataWindow"])
     name = attributes.get("name", b"").decode().rstrip("\0")
     channels = _read_channels(attributes["channels"])
-    return Part(name, channels, x1 - x0 + 1, y1 - y0 + 1, attributes)
+    return Part(name, channels, x1 - x0 + 1, y1 - y0 + 1, attributes, about)
 
 
 def _view_part(data, part, offsets, n_head_bytes):
@@ -107,14 +119,20 @@ def _view_part(data, part, offsets, n_head_bytes):
 
 
 def read_exr(path):
-    """The channels of read_file()."""
-    return read_file(path)[0]
+    """The channels of read_parts()."""
+    return read_parts(path)[0]
 
 
 def read_file(path):
-    """({full channel name: (height, width) array}, {attribute: bytes}) of an EXR.
+    """The same with {attribute: bytes} of the first part."""
+    found, parts = read_parts(path)
+    return found, parts[0].attributes
 
-    It must be uncompressed and of scan lines. The attributes are of its first part.
+
+def read_parts(path):
+    """({full channel name: (height, width) array}, [Part]) of an EXR.
+
+    It must be uncompressed and of scan lines.
     Rows from the top. The arrays are views of the mapped file. In files of several
     parts the part's name stands before channel names that lack it.
     """
@@ -141,7 +159,7 @@ def read_file(path):
         for name, view in views.items():
             has_layer = name.count(".") >= 2 or not part.name
             found[name if has_layer else f"{part.name}.{name}"] = view
-    return found, parts[0].attributes
+    return found, parts
 
 
 # ---- writing ----------------------------------------------------------------------
@@ -156,37 +174,69 @@ def text(name, text):
     return attribute(name, "string", text.encode())
 
 
-def write_exr(path, channels, attributes=b""):
-    """Writes {name: (height, width) float32} beside `path` and renames."""
+def write_exr(path, channels, attributes=b"", codec="NONE"):
+    """Writes {name: (height, width) array} beside `path` and renames.
+
+    The arrays are of SAMPLE_TYPES; codec: of CODECS.
+    """
     names = sorted(channels)
     height, width = channels[names[0]].shape
-    window = struct.pack("<4i", 0, 0, width - 1, height - 1)
+    kinds = {dtype: kind for kind, dtype in SAMPLE_TYPES.items()}
+    number, n_lines = CODECS[codec]
     about = b"".join(
-        name.encode() + b"\0" + struct.pack("<iB3x2i", FLOAT, 0, 1, 1) for name in names
+        name.encode()
+        + b"\0"
+        + struct.pack("<iB3x2i", kinds[channels[name].dtype], 0, 1, 1)
+        for name in names
     )
-    header = struct.pack("<2i", MAGIC, VERSION | LONG_NAMES_FLAG)
-    header += attribute("channels", "chlist", about + b"\0")
-    header += attribute("compression", "compression", b"\0")
-    header += attribute("dataWindow", "box2i", window)
-    header += attribute("displayWindow", "box2i", window)
-    header += attribute("lineOrder", "lineOrder", b"\0")
-    header += attribute("pixelAspectRatio", "float", struct.pack("<f", 1))
-    header += attribute("screenWindowCenter", "v2f", struct.pack("<2f", 0, 0))
-    header += attribute("screenWindowWidth", "float", struct.pack("<f", 1))
-    header += attributes + b"\0"
-    lines = np.empty((height, 2 + len(names) * width), "<f4")
-    lines[:, 0] = np.arange(height, dtype="<i4").view("<f4")
-    lines[:, 1] = np.array([4 * width * len(names)], "<i4").view("<f4")
-    for index, name in enumerate(names):
-        lines[:, 2 + index * width : 2 + (index + 1) * width] = channels[name]
-    start = len(header) + 8 * height
-    offsets = start + lines.strides[0] * np.arange(height, dtype="<u8")
+    header = _header(about, width, height, number) + attributes + b"\0"
+    planes = [
+        np.ascontiguousarray(channels[name]).view(np.uint8).reshape(height, -1)
+        for name in names
+    ]
+    lines = np.concatenate(planes, 1)
+    firsts = range(0, height, n_lines)
+    raw = [lines[first : first + n_lines].reshape(-1) for first in firsts]
+    with ThreadPoolExecutor() as threads:  # zlib gives others their turn
+        packed = raw if codec == "NONE" else list(threads.map(_packed, raw))
+    blocks = [
+        (struct.pack("<2i", first, len(data)), data)
+        for first, data in zip(firsts, packed, strict=True)
+    ]
+    sizes = [0, *(len(head) + len(data) for head, data in blocks[:-1])]
+    offsets = len(header) + 8 * len(blocks) + np.cumsum(sizes, dtype="<u8")
     beside = f"{path}.part"
     try:
         with open(beside, "wb") as file:
             file.write(header)
-            file.write(offsets.tobytes())
-            file.write(lines.data)
+            file.write(offsets.astype("<u8").tobytes())
+            for head, data in blocks:
+                file.write(head)
+                file.write(data)
         os.replace(beside, path)
     finally:
         Path(beside).unlink(missing_ok=True)
+
+
+def _header(channels, width, height, codec):
+    """What stands before the attributes of a file of one part."""
+    window = struct.pack("<4i", 0, 0, width - 1, height - 1)
+    found = struct.pack("<2i", MAGIC, VERSION | LONG_NAMES_FLAG)
+    found += attribute("channels", "chlist", channels + b"\0")
+    found += attribute("compression", "compression", struct.pack("B", codec))
+    found += attribute("dataWindow", "box2i", window)
+    found += attribute("displayWindow", "box2i", window)
+    found += attribute("lineOrder", "lineOrder", b"\0")
+    found += attribute("pixelAspectRatio", "float", struct.pack("<f", 1))
+    found += attribute("screenWindowCenter", "v2f", struct.pack("<2f", 0, 0))
+    return found + attribute("screenWindowWidth", "float", struct.pack("<f", 1))
+
+
+def _packed(raw):
+    """The bytes of a block as ZIP has them; as they are where that is no shorter."""
+    parted = np.concatenate((raw[0::2], raw[1::2]))
+    steps = parted.copy()
+    steps[1:] -= parted[:-1]
+    steps[1:] += 128
+    packed = zlib.compress(steps, ZIP_LEVEL)
+    return packed if len(packed) < len(raw) else raw

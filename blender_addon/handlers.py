@@ -110,7 +110,7 @@ def _prepare(scene):
                 holdouts.describe(scene, camera),
                 lamps.describe(scene, camera),
                 strokes.describe(scene),
-                outputs.describe(scene),
+                outputs.why_not(scene),
             ):
                 if lines:
                     failures.say(scene, " ".join(lines), is_failure=False)
@@ -173,6 +173,12 @@ def on_frame(scene, *_):
     if views.is_active(scene):
         task = functools.partial(views.prepare_frame, scene)
         main_thread.run_or_here(task, FRAME_S)
+
+
+@persistent
+def on_write(scene, *_):
+    """The file of a frame has been written."""
+    outputs.complete(scene)
 
 
 @persistent
@@ -351,6 +357,7 @@ FRAME_HANDLERS = (
 HANDLERS = (
     ("render_init", on_render_start),
     *FRAME_HANDLERS,
+    ("render_write", on_write),
     ("render_complete", on_render_complete),
     ("render_cancel", on_render_end),
     ("load_post", on_load),

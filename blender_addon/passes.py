@@ -189,7 +189,9 @@ class RenderedPasses:
         # A mapped file stays readable without its name.
         with self.saved(scene, n_views) as files:
             # suffix of the view's file, "" without views: channels
-            self.files = {suffix: exr.read_exr(path) for suffix, path in files.items()}
+            read = {suffix: exr.read_parts(path) for suffix, path in files.items()}
+        self.files = {suffix: channels for suffix, (channels, _) in read.items()}
+        self.about = {suffix: parts[0].about for suffix, (_, parts) in read.items()}
 
     @classmethod
     @contextlib.contextmanager

@@ -274,6 +274,11 @@ def is_active(scene):
     return scene.name in _sessions
 
 
+def has_copies(scene):
+    """Is the scene being rendered by copies in its place?"""
+    return is_active(scene) and bool(_sessions[scene.name].copy_names)
+
+
 def camera_of_frame(scene):
     """The camera object that the views of a frame are of; None: it has no views."""
     session = _sessions.get(scene.name)
@@ -322,7 +327,8 @@ def _make_copy(scene, has_all_passes=False):
         copy.sequence_editor_clear()
     if scene.render.engine == "CYCLES":
         sampling.drop_offset(copy)
-    uses_passes = has_all_passes or not setup.can_mute_sources(scene)
+    is_read = compat.writes_passes(scene) or not setup.can_mute_sources(scene)
+    uses_passes = has_all_passes or is_read
     kept = PASSES + (mirrors.PASSES if mirrors.is_wanted(scene) else ())
     for layer in copy.view_layers:
         for name in layer.bl_rna.properties.keys():

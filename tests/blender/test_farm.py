@@ -6,6 +6,7 @@ import re
 import subprocess
 
 import numpy as np
+import OpenImageIO as oiio
 import pytest
 from checked import Checked, names_of, read_rgba
 from conftest import INSIDE, call
@@ -28,6 +29,25 @@ def test_renders_that_succeed_print_no_error(blender, dist):
     printed = log.split("QUIET BEGIN")[1].split("QUIET END")[0].splitlines()
     assert any("Saved" in line for line in printed)
     assert not [line for line in printed if re.search(r"\berror\b", line, re.I)]
+
+
+def test_packed_layers_of_several_views(blender, dist):
+    """A ZIP file of 16 bits has what one without compression has; colours are halves."""
+    CHECKED.expect(blender, dist, "a_multilayer_file_of_several_views")
+    packed, plain = (
+        oiio.ImageInput.open(str(next(blender.out.glob(f"{name}_07*"))))
+        for name in ("packed", "unpacked")
+    )
+    specs = packed.spec(), plain.spec()
+    assert specs[0].channelnames == specs[1].channelnames
+    assert specs[0].get_string_attribute("compression") == "zip"
+    kinds = [str(specs[0].channelformat(i)) for i in range(specs[0].nchannels)]
+    found, wanted = packed.read_image(oiio.FLOAT), plain.read_image(oiio.FLOAT)
+    for index, name in enumerate(specs[0].channelnames):
+        is_colour = name[-2:] in (".R", ".G", ".B", ".A")
+        assert kinds[index] == ("half" if is_colour else "float"), name
+        a, b = found[..., index], wanted[..., index]
+        assert np.array_equal(a, b.astype("<f2") if is_colour else b), name
 
 
 def environment(blender, **more):

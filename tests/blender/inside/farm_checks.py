@@ -132,29 +132,49 @@ def passes_that_are_filtered_later():
 
 @check
 def a_multilayer_file_of_several_views():
-    """It lacks all passes, which is said; File Output nodes have those of a view."""
+    """It has the passes of one of the views, as File Output nodes do."""
     scene, data = start()
-    scene.view_layers[0].use_pass_mist = True
+    layer = scene.view_layers[0]
+    layer.use_pass_mist = layer.use_pass_cryptomatte_object = True
     scene.world.mist_settings.depth = 12
-    describe = addon("outputs").describe
     one = render(scene, OUT / "layers.exr", multilayer=True)
-    assert not describe(scene) and one["ViewLayer.Mist.Z"].max() > 0
+    outputs = addon("outputs")
+    assert not outputs.describe(scene)
     data.rack_focus.method, data.rack_focus.views = "views", 3
-    assert describe(scene)
+    assert "one of the views" in outputs.describe(scene)[0]
     with checking.heard() as said:
         found = render(scene, OUT / "layers.exr", multilayer=True)
-    assert "black view layers" in said.getvalue(), said.getvalue()
-    assert "ViewLayer.Mist.Z" not in found and found["Composite.Combined.R"].max() > 0
-    tree, layers, _ = checking.tree_with_output(scene)
-    ends = addon("compat").file_output(tree, OUT, "mist", [""])
-    tree.links.new(layers.outputs["Mist"], ends[0])
+    assert not said.getvalue(), said.getvalue()
+    assert set(one) | {"ViewLayer.Depth.Z"} == set(found), sorted(found)
+    first = common.kept(scene)[0][0]
+    same(rgba(found, "ViewLayer"), first.colour)
+    same(common.depth_of(found), first.depth)
+    for name in ("Mist.Z", "CryptoObject00.g"):
+        planes = [some[f"ViewLayer.{name}"].ravel() for some in (found, one)]
+        alike = np.corrcoef(*planes)[0, 1]
+        assert alike > 0.6, (name, alike)  # seen from another point of the lens
+    about = addon("exr").read_file(OUT / "layers.exr")[1]
+    assert any(b"cube.001" in value for value in about.values()), list(about)
+    # As artists have it: an animation, 16 bits, compressed.
+    scene.frame_start = scene.frame_end = 7
+    common.set_output(scene, OUT / "packed_##", multilayer=True)
+    scene.render.image_settings.color_depth = "16"
+    scene.render.image_settings.exr_codec = "ZIP"
+    bpy.ops.render.render(animation=True)
+    found = render(scene, OUT / "unpacked_07", multilayer=True)
+    same(rgba(found, "Composite"), rgba(render(scene, OUT / "plain.exr")))
+
+
+@check
+def a_multilayer_file_with_a_space_of_its_own():
+    """It lacks the passes, which is said."""
+    scene, _ = start(method="views", views=3)
+    common.set_output(scene, OUT / "space.exr", multilayer=True)
+    scene.render.image_settings.color_management = "OVERRIDE"
     with checking.heard() as said:
-        render(scene, OUT / "plain.exr")
-    assert "MultiLayer" not in said.getvalue() and not describe(scene)
-    planes = common.read(next(OUT.glob("mist*")))
-    mist = next(plane for name, plane in planes.items() if not name.endswith("A"))
-    alike = np.corrcoef(mist.ravel(), one["ViewLayer.Mist.Z"].ravel())[0, 1]
-    assert alike > 0.6, alike  # seen from another point of the lens
+        bpy.ops.render.render(write_still=True)
+    assert "black view layers" in said.getvalue(), said.getvalue()
+    assert "black view layers" in addon("outputs").describe(scene)[1]
 
 
 @check
