@@ -42,6 +42,7 @@ from . import (
     tap,
     unblurred,
     views,
+    window_textures,
 )
 from .writing import write
 
@@ -105,12 +106,14 @@ def _prepare(scene):
                 failures.say(scene, ". ".join(lines), is_failure=False)
             camera = camera_objects.camera_at(scene, scene.frame_current)
             blended.forget()
+            window_textures.forget()
             for lines in (
                 blended.describe(scene, camera),
                 holdouts.describe(scene, camera),
                 lamps.describe(scene, camera),
                 strokes.describe(scene),
                 outputs.why_not(scene),
+                window_textures.describe(scene) if views.are_asked(scene) else (),
             ):
                 if lines:
                     failures.say(scene, " ".join(lines), is_failure=False)
@@ -266,6 +269,7 @@ def on_load(*_):
 def _mend():
     blended.forget()
     shining.forget()
+    window_textures.forget()
     refocusing.forget()
     park.forget()
     for scene in setup.user_scenes():
@@ -319,6 +323,7 @@ def on_change(*_):
     global _is_busy
     blended.forget()
     shining.forget()
+    window_textures.forget()
     if _is_busy or engine.rendering or bpy.app.is_job_running("RENDER"):
         return
     _is_busy = True

@@ -188,12 +188,3 @@ def frame_parameters(camera, settings, render, size, scale=1):
             params[p.field] = min(params[p.field] * scale, p.max)
     width, height = picture_size(render)
     return crop_parameters(params, (scale * width, scale * height), size)
-
-
-def has_window_texture(world):
-    """Has a world textures that lie in the picture, whichever way the camera looks?"""
-    tree = world.node_tree if world is not None else None
-    return any(
-        node.type == "TEX_COORD" and node.outputs["Window"].is_linked
-        for node in (tree.nodes if tree is not None else ())
-    )

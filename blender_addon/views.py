@@ -43,6 +43,7 @@ from . import (
     supersample,
     switched,
     view_passes,
+    window_textures,
 )
 from .library import rackfocus
 from .writing import set_if_other
@@ -163,9 +164,7 @@ def describe(settings, scene, n):
         lines.append(f"{MOST_MERGED} views at most can be merged")
     if is_one_by_one(settings, scene):
         lines.append("The views are rendered one after another")
-    if lens.has_window_texture(scene.world):
-        lines.append("The world's Window texture differs from view to view:")
-        lines.append("take one view, or Camera coordinates")
+    lines += window_textures.describe(scene)
     if moving.may_lose_shear(scene, settings.id_data):
         lines.append("With Motion Blur, one view where this camera moves")
     if sharp.names_of(scene):
@@ -191,6 +190,11 @@ def renders_copies(scene):
         return False
     most, scale = _asked(scene)
     return most > 1 or scale > 1 or sampling.has_offset(scene)
+
+
+def are_asked(scene):
+    """Are several views of a scene rendered?"""
+    return renders_copies(scene) and _asked(scene)[0] > 1
 
 
 def _may_have_views(scene):

@@ -12,7 +12,7 @@ import bpy
 
 sys.path.insert(0, str(Path(__file__).parent))
 import checking  # noqa: E402
-from checking import OUT, Checks, key_focus  # noqa: E402
+from checking import OUT, Checks, key_focus, update  # noqa: E402
 from common import (  # noqa: E402
     Watch,
     addon,
@@ -155,23 +155,40 @@ def where_a_sample_offset_leaves_no_depth_the_render_says_so():
 
 
 @check
-def the_box_speaks_up_for_worlds_with_window_textures():
+def window_textures_are_named_where_there_are_views():
     """They lie in the picture, and each view is another picture."""
     scene, data = start(views=4)
 
-    def is_said():
+    def said():
+        update()
         lines = addon("views").describe(data.rack_focus, scene, 4)
-        return any("Window" in line for line in lines)
+        return " ".join(line for line in lines if "Window" in line)
 
-    assert not is_said()
+    def linked(owner, node_type):
+        """A Window texture in the nodes of a world or material, linked to a colour."""
+        owner.use_nodes = True
+        tree = owner.node_tree
+        place = tree.nodes.new("ShaderNodeTexCoord")
+        shown = next(n for n in tree.nodes if n.type == node_type)
+        return tree.links.new(place.outputs["Window"], shown.inputs["Color"])
+
+    assert not said()
     scene.world = scene.world or bpy.data.worlds.new("World")
-    scene.world.use_nodes = True
-    tree = scene.world.node_tree
-    background = next(n for n in tree.nodes if n.type == "BACKGROUND")
-    place = tree.nodes.new("ShaderNodeTexCoord")
-    assert not is_said()
-    tree.links.new(place.outputs["Window"], background.inputs["Color"])
-    assert is_said()
+    link = linked(scene.world, "BACKGROUND")
+    assert "the world" in said(), said()
+    scene.world.node_tree.links.remove(link)
+    assert not said(), said()
+    cube = bpy.data.objects["cube"]
+    material = cube.material_slots[0].material
+    linked(material, "EMISSION")
+    assert f"“{material.name}”" in said(), said()
+    for views, is_told in ((4, True), (1, False)):
+        data.rack_focus.views = views
+        with checking.heard() as heard:
+            bpy.ops.render.render()
+        assert ("Window" in heard.getvalue()) == is_told, heard.getvalue()
+    cube.hide_render = True
+    assert not said(), said()
 
 
 @check
