@@ -160,7 +160,13 @@ def stop_compositor(scene, is_made):
 
 
 def drop_compositor(scene):
-    """Takes a scene that is a copy, and has a copy of the nodes, out of compositing."""
+    """Takes a scene that is a copy, and has a copy of the nodes, out of compositing.
+
+    Measured: 4.5 crashes where a node shows a scene whose device for compositing is the
+    GPU; 4.2, 5.0 and 5.2 do not.
+    """
+    if hasattr(scene.render, "compositor_device"):
+        scene.render.compositor_device = "CPU"
     if HAS_NODE_GROUPS:
         scene.compositing_node_group = None
         return

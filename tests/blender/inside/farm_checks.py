@@ -775,4 +775,15 @@ def folders_on_windows():
     same(made, expected(scene))
 
 
+@check
+def composited_on_the_gpu():
+    """4.5 ends where a node shows a scene that is set to it, as the views' copy was."""
+    scene, _ = start(method="views", views=3)
+    made = rgba(render(scene, OUT / "cpu.exr"))
+    if hasattr(scene.render, "compositor_device"):  # from 4.2 on
+        scene.render.compositor_device = "GPU"
+        same(rgba(render(scene, OUT / "gpu.exr")), made)
+        assert scene.render.compositor_device == "GPU"
+
+
 checking.run(check, "farm_results.json")
