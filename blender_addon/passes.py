@@ -34,7 +34,7 @@ FOLDER, LOCK = "rack_focus_", "lock"
 WITHOUT_LOCK_S = 600.0  # a folder without a lock lives for milliseconds
 SAVE_S = 20.0  # that the main thread may take until it comes to saving
 SAVE_ERROR = b"Error: Image 'Render Result' could not be saved"
-LONGEST_CHANNEL = 63  # bytes of its name; 3.4 and 4.2 cut longer ones
+LONGEST_CHANNEL = 63  # bytes of its name; 3.4 to 4.5 cut longer ones
 NOTHING_HIT = 1e9  # Blender writes 1e10 where no surface was hit
 FAR = np.float32(1e8)
 

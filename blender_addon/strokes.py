@@ -12,14 +12,19 @@ import json
 
 import numpy as np
 
-from . import bodies, compat, freestyle, group, names, passes, sets, setup
+from . import bodies, compat, failures, freestyle, group, names, passes, sets, setup
 from .borrowed import Switch
 from .writing import set_if_other
 
 SWITCH = Switch("strokes", lambda layer: layer, "use_grease_pencil", False)
 PASS = "use_pass_grease_pencil"
-CHANNELS = "Grease Pencil"
+CHANNELS = ("Grease Pencil", "GreasePencil")  # from 5.0 on, in 4.5; measured
 TYPES = ("GPENCIL", "GREASEPENCIL")  # up to 4.2, from 4.3 on
+MISSING = (
+    "Grease Pencil is missing in the picture, as this Blender has its pass under another "
+    "name: switch on View Layer > Passes > Data > Grease Pencil, which blurs the strokes "
+    "with what is behind them"
+)
 BLURRED = "Grease Pencil is blurred with what is behind it"
 
 # scene name: (frame, passes.RenderedPasses) of the strokes of its last render
@@ -139,8 +144,10 @@ def added(found, scene, layer):
     if frame != passes.frame_of(scene) or rendered is None:
         return found
     channels = next(iter(rendered.files.values()))
-    lines = freestyle.lines_of(channels, f"{layer}.{CHANNELS}")
+    read = (freestyle.lines_of(channels, f"{layer}.{name}") for name in CHANNELS)
+    lines = next((one for one in read if one is not None), None)
     if lines is None:
+        failures.say(scene, MISSING)
         return found
     (first, place), *more = found
     scale = len(first.colour) // len(lines)  # of a supersampled frame

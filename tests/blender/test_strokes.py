@@ -5,7 +5,7 @@ import pytest
 from checked import Checked, names_of
 from conftest import only_in
 
-pytestmark = only_in("3.4", "newest")
+pytestmark = only_in("3.4", "4.5", "newest")
 CHECKED = Checked("stroke_checks.py", "stroke_results.json", has_display=True)
 
 

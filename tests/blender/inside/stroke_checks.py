@@ -73,7 +73,8 @@ def strokes_of(scene):
     layer.use_pass_grease_pencil = True
     channels = render(scene, OUT / "pen.exr", True)
     layer.use_pass_grease_pencil = False
-    return np.stack([channels[f"ViewLayer.Grease Pencil.{c}"] for c in "RGBA"], -1)
+    name = "GreasePencil" if bpy.app.version < (5, 0, 0) else "Grease Pencil"
+    return np.stack([channels[f"ViewLayer.{name}.{c}"] for c in "RGBA"], -1)
 
 
 @check
@@ -112,6 +113,22 @@ def strokes_stay_sharp():
         scale = len(lines) // len(pen)
         same(lines[::scale, ::scale], pen)
     assert not addon("strokes").describe(scene)
+
+
+@check
+def a_pass_of_another_name_is_told():
+    """A Blender that calls it otherwise would leave the strokes out, without a word."""
+    if not IS_SEPARATE:
+        return
+    scene, strokes = near_and_far(), addon("strokes")
+    start()
+    known, strokes.CHANNELS = strokes.CHANNELS, ("Pen",)
+    try:
+        with heard() as said:
+            shot(scene, "strokes.exr")
+    finally:
+        strokes.CHANNELS = known
+    assert "Grease Pencil is missing" in said.getvalue(), said.getvalue()
 
 
 @check
