@@ -13,7 +13,7 @@ ORTHO_LENS_IS_AT_CLIP = bpy.app.version < (4, 2, 0)  # Cycles; measured on 3.4 a
 # Measured: 3.4, 4.2, 5.1 and 5.2 composite around them; 4.4, 4.5 and 5.0 composite nothing.
 UNKNOWN_NODES_STOP = (4, 4, 0) <= bpy.app.version < (5, 1, 0)
 MATTES_ADD_VIEWS = bpy.app.version < (4, 4, 0)  # of multi-view; measured: the same ones
-MUTED_STRIPS_COUNT = bpy.app.version < (4, 5, 0)  # measured: 3.4, 4.2; 4.5, 5.0
+MUTED_STRIPS_COUNT = bpy.app.version < (4, 4, 0)  # measured: 3.4 to 4.3; 4.4 to 5.0
 HAS_STROKES_PASS = "use_pass_grease_pencil" in bpy.types.ViewLayer.bl_rna.properties
 HAS_FLAT_RECT = bpy.app.version >= (4, 0, 0)
 

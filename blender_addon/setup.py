@@ -69,9 +69,12 @@ def layer_nodes(tree, scene):
     return [n for n in nodes if n.scene == scene]
 
 
+MATTE_NODE = "CompositorNodeCryptomatteV2"  # whose type 4.4 alone calls CRYPTOMATTE
+
+
 def matte_nodes(tree, scene):
     """Cryptomatte nodes that read the render of a scene; none that sleeps."""
-    found = [n for n in tree.nodes if n.type == "CRYPTOMATTE_V2"]
+    found = [n for n in tree.nodes if n.bl_idname == MATTE_NODE]
     found = [n for n in found if n.source == "RENDER" and n.scene == scene]
     return [node for node in found if not asleep.is_asleep(node)]
 
