@@ -198,7 +198,9 @@ bool rewrite_has_camera(const struct tokens *tokens)
     for (int i = 0; i < tokens->n; i++)
         if (token_is_word(tokens, i, "camera") || is_any_word(tokens, i, camera_only) ||
             is_computed_include(tokens, i) || token_is_word(tokens, i, "image_width") ||
-            token_is_word(tokens, i, "image_height") || token_is_word(tokens, i, "now"))
+            token_is_word(tokens, i, "image_height") ||
+            token_is_word(tokens, i, "input_file_name") ||
+            token_is_word(tokens, i, "now"))
             return true;
     return false;
 }

@@ -299,33 +299,52 @@ void sources_set_size(struct sources *sources, int32_t width, int32_t height)
     sources->height = height;
 }
 
-/* Puts numbers in place of image_width, image_height and now. */
-static void set_numbers(struct text *text, const struct sources *sources)
+/* The scene's name as a string of POV-Ray's. The caller frees. */
+static char *quoted_name(const struct sources *sources)
+{
+    struct text text = {0};
+    text_add(&text, "\"", 1);
+    for (const char *c = os_path_name(sources->items[0].path); *c; c++) {
+        if (strchr("\"\\", *c))
+            text_add(&text, "\\", 1);
+        text_add(&text, c, 1);
+    }
+    text_add(&text, "\"", 1);
+    return text.data;
+}
+
+/* Puts values in place of words that POV-Ray would have another value for: the passes
+ * have a size, a time and a name of their own. */
+static void set_values(struct text *text, const struct sources *sources)
 {
     const bool has_size = sources->width > 0 && sources->mode != REWRITE_RECORD;
-    const struct {
+    struct {
         const char *word;
-        double number;
-        bool is_known;
-    } numbers[] = {{"image_width", sources->width, has_size},
-                   {"image_height", sources->height, has_size},
-                   {"now", sources->now_days, true}};
+        char *value; /* NULL: as POV-Ray has it */
+    } values[] = {
+        {"image_width", has_size ? text_format("%d", (int)sources->width) : NULL},
+        {"image_height", has_size ? text_format("%d", (int)sources->height) : NULL},
+        {"now", text_format("%.15g", sources->now_days)},
+        {"input_file_name", quoted_name(sources)}};
+    const size_t n_values = sizeof values / sizeof *values;
     struct tokens tokens;
     struct text out = {0};
     size_t copied = 0;
     text_add(text, "", 0);
     tokens_scan(&tokens, text->data, text->n);
     for (int i = 0; i < tokens.n; i++) {
-        for (size_t k = 0; k < sizeof numbers / sizeof *numbers; k++) {
-            if (!numbers[k].is_known || !token_is_word(&tokens, i, numbers[k].word))
+        for (size_t k = 0; k < n_values; k++) {
+            if (!values[k].value || !token_is_word(&tokens, i, values[k].word))
                 continue;
             text_add(&out, text->data + copied, tokens.items[i].begin - copied);
-            text_addf(&out, "%.15g", numbers[k].number);
+            text_addf(&out, "%s", values[k].value);
             copied = tokens.items[i].end;
         }
     }
     if (text->data)
         text_add(&out, text->data + copied, text->n - copied);
+    for (size_t k = 0; k < n_values; k++)
+        free(values[k].value);
     tokens_free(&tokens);
     text_free(text);
     *text = out;
@@ -343,7 +362,7 @@ static bool write_copy(struct sources *sources, int k, const char *path,
                           .n_computed = sources->n_computed};
     struct text text = {0};
     rewrite_file(&text, &sources->items[k].tokens, sources->items[k].content.n, &how);
-    set_numbers(&text, sources);
+    set_values(&text, sources);
     text_addf(&text, "%s", tail);
     bool is_written = text_write_file(&text, path);
     text_free(&text);

@@ -43,6 +43,18 @@ def test_a_scene_that_reads_the_time(rackfocus, tmp_path):
     assert not numpy.isfinite(kept["Z"][kept["R"] == 0]).any()
 
 
+@pytest.mark.parametrize("name", ["s.pov", "two words.inc"])
+def test_a_scene_that_asks_for_its_own_name(rackfocus, tmp_path, name):
+    """Includes show what they are for where they are rendered themselves."""
+    ball = "sphere { <0, 1, 0>, 1 pigment { rgb 1 } finish { ambient 1 } }\n"
+    asked = f'#if (strcmp(input_file_name, "{name}") = 0)\n{ball}#end\n'
+    (tmp_path / "asks.inc").write_text(asked)
+    for inside in (asked, '#include "asks.inc"\n'):
+        (tmp_path / name).write_text("#version 3.7;\n" + CAMERA + inside)
+        rackfocus("povray", name, "-o", "o.exr", "--", *SIZE, cwd=tmp_path)
+        assert read_exr(tmp_path / "o.exr")["G"].max() > 0.9
+
+
 def test_views_of_several_runs_and_the_time(rackfocus, tmp_path):
     (tmp_path / "s.pov").write_text(MOVING)
     views = ["povray", "s.pov", "-o", "o.exr", "--views", "3", "--keep", "kept"]
