@@ -186,6 +186,32 @@ static bool check_average_only(const struct povray_tool *tool)
     return true;
 }
 
+/* What only renders with a depth have. False where a warning is an error. */
+static bool check_depth_only(const struct povray_tool *tool)
+{
+    const struct {
+        const char *option, *why;
+        bool is_given;
+    } unread[] = {
+        {"supersample",
+         "its views smooth each other's edges; more --views do, or an anti-aliasing "
+         "after --, as +A0.05 +AM2 +R3",
+         tool->n_samples > 1},
+        {"overscan", "its views show what the lens sees beyond the border",
+         tool->overscan_px > 0},
+        {"through-glass", "its views show what is behind glass and in mirrors",
+         tool->is_through_glass}};
+    for (size_t i = 0; i < sizeof(unread) / sizeof(unread[0]); i++) {
+        if (!unread[i].is_given)
+            continue;
+        warning(tool->is_quiet, "--%s has no effect with --method accumulate: %s",
+                unread[i].option, unread[i].why);
+        if (tool->is_strict)
+            return false;
+    }
+    return true;
+}
+
 /* The mean of views has what the views have: a plane in focus, tilted or not, and the
  * lens' points. What else was asked for is refused, or said to be nothing. */
 static bool check_average_params(const struct povray_tool *tool,
@@ -219,7 +245,7 @@ static bool check_average_params(const struct povray_tool *tool,
         if (tool->is_strict)
             return false;
     }
-    return true;
+    return check_depth_only(tool);
 }
 
 /* Several views are merged by one method or averaged by another, and are taken over a

@@ -357,6 +357,9 @@ def test_a_tilted_plane_is_in_focus(rackfocus, tmp_path):
         (["--field-curvature", "0.1"], "take --method views", 2),
         (["--tilt-x", "3", "--camera-move", "look-at"], "look-at has no plane", 2),
         (["--cat-eye", "0.5", "--strict"], "--cat-eye has no effect with", 2),
+        (["--supersample", "3", "--strict"], "--supersample has no effect with", 2),
+        (["--overscan", "9", "--strict"], "--overscan has no effect with", 2),
+        (["--through-glass", "--strict"], "--through-glass has no effect with", 2),
     ],
 )
 def test_what_views_cannot_have_is_said(rackfocus, tmp_path, words, said, code):
