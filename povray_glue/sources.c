@@ -100,20 +100,69 @@ static bool is_library(const char *path)
            strncmp(path, "/usr/local/share/povray", 23) == 0;
 }
 
-/* `#fopen HANDLE NAME write` at i, or append. */
-static void note_file(struct sources *sources, const struct tokens *tokens, int i)
+/* A file of this name is written; NULL: of one that is computed. Frees it. */
+static void note_written(struct sources *sources, char *name)
 {
-    const int end = token_skip_expression(tokens, i + 2);
-    if (!token_is_word(tokens, end, "write") && !token_is_word(tokens, end, "append"))
-        return;
-    char *name = rewrite_include_name(tokens, i + 1);
     sources->writes_files = true;
-    if (!name || end != i + 3 || os_path_name(name) > name) {
+    if (!name || os_path_name(name) > name) {
         sources->writes_elsewhere = true;
         free(name);
         return;
     }
     add_name(&sources->written, &sources->n_written, name);
+}
+
+/* `#fopen HANDLE NAME write` at i, or append. */
+static void note_file(struct sources *sources, const struct tokens *tokens, int i)
+{
+    const int end = token_skip_expression(tokens, i + 2);
+    if (token_is_word(tokens, end, "write") || token_is_word(tokens, end, "append"))
+        note_written(sources,
+                     end == i + 3 ? rewrite_include_name(tokens, i + 1) : NULL);
+}
+
+static bool is_same_word(const struct tokens *tokens, int i, int k)
+{
+    const struct token *a = &tokens->items[i], *b = &tokens->items[k];
+    return a->kind == TOKEN_WORD && b->kind == TOKEN_WORD &&
+           a->end - a->begin == b->end - b->begin &&
+           memcmp(tokens->text + a->begin, tokens->text + b->begin,
+                  a->end - a->begin) == 0;
+}
+
+/* The string at i, or that the word there is declared as in this file; NULL where it is
+ * none. The caller frees. */
+static char *string_at(const struct tokens *tokens, int i)
+{
+    for (int k = 0; k + 3 < tokens->n; k++)
+        if ((token_is_directive(tokens, k, "declare") ||
+             token_is_directive(tokens, k, "local")) &&
+            is_same_word(tokens, k + 1, i) && token_is_sign(tokens, k + 2, '='))
+            return rewrite_include_name(tokens, k + 2);
+    return rewrite_include_name(tokens, i - 1);
+}
+
+/* Macros of POV-Ray's includes that write what they make, each time, to the file that
+ * their only string names, unless that is "". */
+static void note_macro(struct sources *sources, const struct tokens *tokens, int i)
+{
+    static const char *const writing[] = {"ARRAYS_WriteDF3", "HF_Cylinder",
+                                          "HF_Sphere",       "HF_Square",
+                                          "HF_Torus",        "MakeGrassPatch"};
+    bool is_one = false;
+    for (size_t k = 0; k < sizeof writing / sizeof *writing; k++)
+        is_one |= token_is_word(tokens, i, writing[k]);
+    if (!is_one || !token_is_sign(tokens, i + 1, '(') ||
+        (i > 0 && token_is_directive(tokens, i - 1, "macro")))
+        return;
+    const int end = token_skip_group(tokens, i + 1);
+    for (int k = i + 2; k < end; k++) {
+        char *name = string_at(tokens, k);
+        if (name && *name)
+            note_written(sources, name);
+        else
+            free(name);
+    }
 }
 
 static void note_words(struct sources *sources, const struct tokens *tokens)
@@ -129,6 +178,7 @@ static void note_words(struct sources *sources, const struct tokens *tokens)
         sources->writes_files |= token_is_word(tokens, i, "Parse_String");
         if (token_is_directive(tokens, i, "fopen"))
             note_file(sources, tokens, i);
+        note_macro(sources, tokens, i);
     }
 }
 

@@ -746,6 +746,33 @@ def test_what_a_scene_writes_is_written_once(rackfocus, tmp_path, options):
     assert f"focus distance {focus}," in done.stdout
 
 
+#: A height field that a macro of POV-Ray's includes makes.
+FIELD = """#version 3.7;
+#include "shapes.inc"
+#declare Name = "{0}";
+HF_Square(function {{ x * y }}, 0, 0, <4, 4>, 1, {1}, <-1, 0, 0>, <1, 1, 1>)
+#if (strlen(Name)) object {{ #include Name pigment {{ rgb 1 }} }} #end
+global_settings {{ assumed_gamma 1.0 }}
+camera {{ location <0, 1, -5> look_at <0, 1, 0> aperture 0.6 focal_point <0, 1, 0> }}
+light_source {{ <3, 9, -7> rgb 1 }}
+"""
+
+
+@pytest.mark.parametrize("name", ["field.inc", ""])
+@pytest.mark.parametrize("argument", ['"{0}"', "Name"])
+def test_what_a_macro_of_povray_writes(rackfocus, tmp_path, name, argument):
+    """Renders side by side would read each other's halves."""
+    scene = FIELD.format(name, argument.format(name))
+    if not name:
+        scene = scene.replace("HF_Square", "object { HF_Square").replace(
+            "<1, 1, 1>)", "<1, 1, 1>) pigment { rgb 1 } }"
+        )
+    (tmp_path / "s.pov").write_text(scene)
+    done = rackfocus("povray", "s.pov", "-o", "o.exr", "--", *SIZE, cwd=tmp_path)
+    assert done.stderr.count("writes files (#fopen)") == bool(name)
+    assert (tmp_path / "field.inc").exists() == bool(name)
+
+
 def test_large_pictures_leave_no_file_of_povray(rackfocus, tmp_path):
     """POV-Ray keeps large ones in a file, which it cannot remove once it is killed."""
     (tmp_path / "s.pov").write_text(SCENE)
