@@ -229,7 +229,7 @@ static bool explain_options(const struct povray_scene *scene, const char *log,
 {
     const struct povray_options *options = &scene->options;
     struct text list = {0};
-    if (options->n_args == 0 || !strstr(log, "Failed to parse command-line option"))
+    if (!strstr(log, "Failed to parse command-line option"))
         return false;
     for (int i = 0; i < options->n_args; i++)
         if (is_stray(options->args[i])) {
@@ -240,11 +240,14 @@ static bool explain_options(const struct povray_scene *scene, const char *log,
             return true;
         }
     for (int i = 0; i < options->n_args; i++)
-        text_addf(&list, " %s", options->args[i]);
+        text_addf(&list, "%s %s", i ? "" : "correct it:", options->args[i]);
+    /* All renders are EXR files. */
     snprintf(error->message, sizeof error->message,
              "%s: POV-Ray cannot read one of its options, or a line of the "
-             "initialisation files among them; correct it:%s",
-             options->scene, or_nothing(list.data));
+             "initialisation files among them; %s%sif '%s --version' does not list "
+             "openexr as supported, take a POV-Ray that does, with --povray",
+             options->scene, or_nothing(list.data), options->n_args ? "; " : "",
+             options->program ? options->program : "povray");
     text_free(&list);
     return true;
 }

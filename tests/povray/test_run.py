@@ -613,6 +613,24 @@ def test_another_povray(rackfocus, tmp_path):
     assert "made no picture and said nothing" in text
 
 
+@pytest.mark.parametrize("options", [[], ["--", *SIZE]])
+def test_a_povray_without_openexr(rackfocus, tmp_path, options):
+    """As it is built where the OpenEXR that is there is not the one it looks for."""
+    program = tmp_path / "povray"
+    program.write_text(
+        """#!/bin/sh
+case " $* " in *" +FE "*) ;; *) exit 0 ;; esac
+printf '\\nProblem with option setting\\n%s\\n' "$0 $*" >&2
+echo Failed to parse command-line option >&2
+exit 1
+"""
+    )
+    program.chmod(0o755)
+    text = rackfocus("povray", "macro.pov", "-o", tmp_path / "o.exr", "--povray",
+                     program, *options, code=1).stderr  # fmt: skip
+    assert f"if '{program} --version' does not list openexr" in text
+
+
 def test_interruption_leaves_nothing(binary, tmp_path):
     scene = SCENE.replace(
         "pigment { checker rgb 0.9 rgb 0.3 }",
