@@ -295,11 +295,17 @@ static int warn_straight(const struct run *run)
 
 /* ---- place ------------------------------------------------------------------------ */
 
-static int warn_turned(const struct run *run)
+/* A depth that was enlarged lies a part of a pixel beside its picture, too. */
+static int warn_place(const struct run *run)
 {
     const char *path = image_path(run->source.depth);
-    char text[700];
-    if (run->tool->scene || !turn_is_doubtful(&run->fit, path, text, sizeof(text)))
+    int32_t width, height;
+    char text[900];
+    if (run->tool->scene || run->is_deep || !filter_needs_depth(run))
+        return APP_DONE;
+    if (doubts_find_size(run->doubts, &width, &height))
+        explain_size(width, height, text, sizeof(text));
+    else if (!place_is_doubtful(&run->fit, path, text, sizeof(text)))
         return APP_DONE;
     return app_warn(run->tool->host, run->error, "%s: %s", path, text);
 }
@@ -312,7 +318,7 @@ int filter_warn_doubts(struct run *run)
         code = run->doubts ? warn_veils(run) : APP_DONE;
     }
     if (code == APP_DONE && run->doubts)
-        code = warn_turned(run);
+        code = warn_place(run);
     if (code == APP_DONE && run->doubts)
         code = warn_straight(run);
     if (code == APP_DONE && run->doubts)

@@ -16,6 +16,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "sources/depth_grid.h"
+
 enum {
     MOST_PLACES = 60000, /* 0.1 % of a filter */
     PLACE_PX = 8,        /* apart, so that a slope is well above the noise of floats */
@@ -53,6 +55,7 @@ struct doubts_tally {
     int32_t step_px[DOUBTS_N_STEPS]; /* 0: no more */
     struct doubts_range range;
     struct doubts_kinds kinds[DOUBTS_N_STEPS];
+    struct depth_grid *grid; /* NULL without memory */
 };
 
 /* A place in the rows at hand. */
@@ -78,7 +81,8 @@ struct doubts_tally *doubts_create(const struct rf_params *params,
                                    .stride = stride,
                                    .measure = is_half ? &COARSE : &FINE,
                                    .step_px = {PLACE_PX},
-                                   .range = {.nearest = INFINITY}};
+                                   .range = {.nearest = INFINITY},
+                                   .grid = depth_grid_create(width, height)};
     for (int i = 0; is_half && i < DOUBTS_N_STEPS; i++) {
         const int32_t step = width / COARSE_PARTS[i];
         tally->step_px[i] = step > FEWEST_PX ? step : FEWEST_PX;
@@ -88,6 +92,8 @@ struct doubts_tally *doubts_create(const struct rf_params *params,
 
 void doubts_free(struct doubts_tally *tally)
 {
+    if (tally)
+        depth_grid_free(tally->grid);
     free(tally);
 }
 
@@ -242,6 +248,11 @@ void doubts_find_kinds(const struct doubts_tally *tally,
     memcpy(kinds, tally->kinds, sizeof(tally->kinds));
 }
 
+bool doubts_find_size(const struct doubts_tally *tally, int32_t *width, int32_t *height)
+{
+    return tally->grid && depth_grid_find(tally->grid, width, height);
+}
+
 /* ---- all ------------------------------------------------------------------------- */
 
 static void add_place(struct doubts_tally *tally, const struct place *place)
@@ -256,6 +267,8 @@ void doubts_add(struct doubts_tally *tally, const struct doubts_rows *rows)
 {
     const int32_t stride = tally->stride;
     int32_t y = (rows->first + stride - 1) / stride * stride;
+    if (tally->grid)
+        depth_grid_add(tally->grid, rows->depth, rows->n);
     for (; y < rows->first + rows->n; y += stride) {
         const float *row =
             rows->depth + (size_t)(y - rows->first) * (size_t)tally->width;

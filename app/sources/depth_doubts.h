@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
  * Figures that tell whether depth is what it is taken for: in the unit of the focus, and
- * of its kind. They are taken at up to 60000 places on a grid, so that they cost next to
- * nothing.
+ * of its kind and size. Most are taken at up to 60000 places on a grid, so that they cost
+ * next to nothing.
  */
 #ifndef APP_DEPTH_DOUBTS_H
 #define APP_DEPTH_DOUBTS_H
@@ -60,5 +60,9 @@ struct doubts_kinds {
 enum { DOUBTS_N_STEPS = 2 };
 void doubts_find_kinds(const struct doubts_tally *tally,
                        struct doubts_kinds kinds[DOUBTS_N_STEPS]);
+
+/* The size that the depth was rendered in, where it was enlarged since (depth_grid.h). */
+bool doubts_find_size(const struct doubts_tally *tally, int32_t *width,
+                      int32_t *height);
 
 #endif

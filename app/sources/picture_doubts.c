@@ -7,8 +7,10 @@
 
 #include "common/report.h"
 #include "sources/alpha.h"
+#include "sources/depth_grid.h"
 
-bool turn_is_doubtful(const struct depth_fit *fit, const char *path, char *text,
+/* How a depth is turned, and the command that turns it back. */
+static bool is_turned(const struct depth_fit *fit, const char *path, char *text,
                       size_t n_bytes)
 {
     static const char *const words[] = {"", "upside down", "mirrored",
@@ -25,6 +27,48 @@ bool turn_is_doubtful(const struct depth_fit *fit, const char *path, char *text,
              words[turn], (double)fit->n_edges[DEPTH_UPRIGHT] / n,
              (double)fit->n_edges[turn] / n, path, ways[turn]);
     return true;
+}
+
+/* How a depth lies beside its picture, and the command that moves it. */
+static bool is_beside(const struct depth_fit *fit, const char *path, char *text,
+                      size_t n_bytes)
+{
+    struct depth_move move;
+    char right[40], down[40];
+    if (!depth_fit_move(fit, &move))
+        return false;
+    snprintf(right, sizeof(right), "%d px to the %s", abs(move.right),
+             move.right < 0 ? "right" : "left");
+    snprintf(down, sizeof(down), "%d px %s", abs(move.down),
+             move.down < 0 ? "below" : "above");
+    snprintf(
+        text, n_bytes,
+        "the depth lies beside the picture, %s%s%s: of its steps %.0f %% are at edges "
+        "of "
+        "the picture, moved back %.0f %%; render both with one camera, frame and "
+        "window, or move it: oiiotool %.400s --cshift %+d%+d -d float -o depth.exr, "
+        "and say --depth-file depth.exr",
+        move.right ? right : "", move.right && move.down ? ", " : "",
+        move.down ? down : "", 100 * move.share, 100 * move.share_there, path,
+        move.right, move.down);
+    return true;
+}
+
+bool place_is_doubtful(const struct depth_fit *fit, const char *path, char *text,
+                       size_t n_bytes)
+{
+    return is_beside(fit, path, text, n_bytes) || is_turned(fit, path, text, n_bytes);
+}
+
+void explain_size(int32_t width, int32_t height, char *text, size_t n_bytes)
+{
+    snprintf(
+        text, n_bytes,
+        "the depth was rendered in about %d x %d and enlarged, as whole columns and "
+        "rows "
+        "of it are repeated; its steps lie beside the edges of the picture: render "
+        "it in the size of the picture",
+        width, height);
 }
 
 void explain_straight(const struct source *source, char *text, size_t n_bytes)
@@ -61,7 +105,8 @@ static bool find_radii(const struct depth_picture *picture,
     return is_good;
 }
 
-static bool is_turned(const struct depth_picture *picture, char *text, size_t n_bytes)
+static bool is_misplaced(const struct depth_picture *picture, char *text,
+                         size_t n_bytes)
 {
     const struct rf_image *colour = &picture->views->colour;
     const int32_t width = colour->width, height = colour->height;
@@ -74,7 +119,21 @@ static bool is_turned(const struct depth_picture *picture, char *text, size_t n_
         depth_fit_find(&fit, &(struct depth_fit_picture){
                                  colour->data, radii, colour->channels, width, height});
     free(radii);
-    return turn_is_doubtful(&fit, image_path(picture->source->depth), text, n_bytes);
+    return place_is_doubtful(&fit, image_path(picture->source->depth), text, n_bytes);
+}
+
+static bool is_enlarged(const struct depth_picture *picture, char *text, size_t n_bytes)
+{
+    const struct rf_image *depth = &picture->views->depth;
+    struct depth_grid *grid = depth_grid_create(depth->width, depth->height);
+    int32_t width = 0, height = 0;
+    if (grid)
+        depth_grid_add(grid, depth->data, depth->height);
+    const bool is_found = grid && depth_grid_find(grid, &width, &height);
+    depth_grid_free(grid);
+    if (is_found)
+        explain_size(width, height, text, n_bytes);
+    return is_found;
 }
 
 static bool is_straight(const struct depth_picture *picture, char *text, size_t n_bytes)
@@ -96,7 +155,8 @@ void picture_say_doubts(const struct depth_picture *picture,
                         void (*say)(void *user, const char *text), void *user)
 {
     char text[900];
-    if (is_turned(picture, text, sizeof(text)))
+    if (is_enlarged(picture, text, sizeof(text)) ||
+        is_misplaced(picture, text, sizeof(text)))
         say(user, text);
     if (is_straight(picture, text, sizeof(text)))
         say(user, text);

@@ -11,11 +11,16 @@
 #include "sources/source.h"
 
 /* How a depth lies on its picture where it does not lie right, and the command that turns
- * it, as "the depth lies upside down: ..."; false: it lies right. `path` has the depth. */
-bool turn_is_doubtful(const struct depth_fit *fit, const char *path, char *text,
-                      size_t n_bytes);
+ * or moves it, as "the depth lies upside down: ..."; false: it lies right. `path` has the
+ * depth. */
+bool place_is_doubtful(const struct depth_fit *fit, const char *path, char *text,
+                       size_t n_bytes);
 
-/* Says that the first depth of a picture is turned, that its colour is not multiplied by
+/* That a depth was rendered in a smaller size than its picture and enlarged by repeating
+ * pixels. */
+void explain_size(int32_t width, int32_t height, char *text, size_t n_bytes);
+
+/* Says that the first depth of a picture lies wrong or was enlarged, that its colour is not multiplied by
  * alpha. */
 void picture_say_doubts(const struct depth_picture *picture,
                         void (*say)(void *user, const char *text), void *user);

@@ -11,6 +11,8 @@
 struct rf_edge_sums {
     double shares[3];
     size_t n;
+    double side_shares[2]; /* the first and the third of steps to the left and right */
+    size_t n_sides[2];
     double inside; /* of pixels farther within near sides, which show nothing behind */
     size_t n_inside;
 };

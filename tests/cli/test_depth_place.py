@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A depth that does not lie on its picture: told with the way it is to be turned."""
+"""A depth that does not lie on its picture: told with the way to turn or move it."""
 
 import numpy
 import plainexr
@@ -49,6 +49,62 @@ def test_turned_depth(told, passes, how):
     assert f"in.exr {option} -d float -o depth.exr" in said
     assert said.count("warning") == 1
     told(colour | {"Z": turn(z)}, "--strict", code=1)
+
+
+@pytest.mark.parametrize(
+    "down, right, words",
+    [
+        (0, 1, "1 px to the right"),
+        (-1, 0, "1 px above"),
+        (2, -3, "3 px to the left, 2 px below"),
+        (8, 8, "8 px to the right, 8 px below"),
+    ],
+)
+def test_moved_depth(told, passes, down, right, words):
+    colour, z = passes
+    said = told(colour | {"Z": numpy.roll(z, (down, right), (0, 1))})
+    assert f"in.exr: the depth lies beside the picture, {words}: of its steps " in said
+    assert f"in.exr --cshift {-right:+}{-down:+} -d float -o depth.exr" in said
+    assert said.count("warning") == 1
+
+
+def test_wide_depth_is_not_moved(told):
+    """What reaches over the right sides of boards, and over one left side in six; or
+    boards whose left sides nobody sees."""
+    y, x = numpy.mgrid[0:140, 0:200]
+    for is_seen in (y < 24, y < 0):
+        start = numpy.where(is_seen, 10, 0)
+        across = x % 40
+        is_board = (across >= start) & (across < 20)
+        is_wide = (across >= start - is_seen) & (across < 21)
+        z = numpy.where(is_wide, 3, 8 - 5 * (across / 40) ** 8 * ~is_seen)
+        colour = dict.fromkeys("RGB", (0.2 + 0.6 * is_board).astype("f4"))
+        inverse = {"Z": (1 / z).astype("f4")}  # which is not mended
+        assert "the depth lies" not in told(colour | inverse, "--depth", "inverse")
+
+
+@pytest.mark.parametrize(
+    "times, size", [(1.25, "160 x 112"), (2, "100 x 70"), (3.2, "63 x 44")]
+)
+def test_enlarged_depth(told, passes, times, size):
+    """Of slanted surfaces, as nearly all are."""
+    colour, z = passes
+    y, x = numpy.mgrid[0:140, 0:200]
+    z = z * (1 + x / 1000 + y / 1000)
+    small = z[(y / times).astype(int), (x / times).astype(int)].astype("f4")
+    for options in ([], ["--max-memory", "60"]):
+        said = told(colour | {"Z": small}, "--depth", "planar", *options)
+        assert f"in.exr: the depth was rendered in about {size} and enlarged" in said
+        assert said.count("warning") == 1
+
+
+def test_what_is_not_enlarged(told, passes):
+    """Boards at every fourth column, and what is enlarged along one direction."""
+    colour, z = passes
+    y, x = numpy.mgrid[0:140, 0:200]
+    boards = numpy.where(x % 8 < 4, 3, 8) + 0 * y
+    for other in (boards.astype("f4"), z[:, numpy.arange(200) // 2]):
+        assert "enlarged" not in told(colour | {"Z": other})
 
 
 @pytest.mark.parametrize("kind", ["planar", "inverse", "normalised"])

@@ -119,6 +119,28 @@ static void wide_depth_is_narrowed(void)
     }
 }
 
+/* A thing of which the depth lies 2 px to the right looks so on its right side alone. */
+static void moved_depth_is_not_narrowed(void)
+{
+    struct rf_depth_channel channel = channel_of(3);
+    struct rf_depth_stats stats = {.size = sizeof stats};
+    for (int by = 0; by <= 2; by += 2) {
+        for (int i = 0; i < N; i++) {
+            /* Its left side is seen in one row of eight. */
+            const int x = i % WIDTH;
+            const int left = i / WIDTH % 8 ? -9 : 15;
+            const float light = x >= left && x < 35 ? 0.8f : 0.1f;
+            for (int c = 0; c < 3; c++)
+                colour[i * 3 + c] = light;
+            /* Both sides reach 2 px over what is behind them, or one does. */
+            depth[i] = truth[i] = x >= left - 2 + 2 * by && x < 37 ? 2 : 10;
+        }
+        REQUIRE(rf_depth_repair(NULL, &channel, &stats, NULL) == RF_OK);
+        CHECK(stats.is_widened == !by && (stats.n_narrowed > 0) == !by);
+        CHECK((memcmp(depth, truth, sizeof depth) == 0) == !!by);
+    }
+}
+
 /* A pixel of which a sky fills a third is no pixel of the sky, and a lamp's likewise. */
 static void brightness_does_not_tell_width(void)
 {
@@ -324,6 +346,7 @@ int main(int argc, char **argv)
     testing_begin(argc, argv);
     TEST(averages_are_found_and_undone);
     TEST(wide_depth_is_narrowed);
+    TEST(moved_depth_is_not_narrowed);
     TEST(brightness_does_not_tell_width);
     TEST(wide_depth_is_narrowed_before_texture);
     TEST(what_is_no_depth_does_not_spread);
