@@ -31,6 +31,9 @@ _Static_assert((int)RF_DEPTH_SNAP_REACH == (int)RF_DEPTH_STEP_PIXELS + 1,
 /* Half of the widest pixel filter, and a pixel: how far averages of a thin thing reach. */
 enum { THIN_PX = 3 };
 
+/* A gap that is narrower than the filter has no pixel of 0: so little of a depth is one. */
+static const float NOTHING = 0.05f;
+
 _Static_assert(2 * (int)THIN_PX <= (int)RF_DEPTH_SNAP_REACH, "what a pixel looks at");
 
 void rf_depth_undo_mist(float *depth, size_t n, enum rf_mist falloff)
@@ -173,22 +176,34 @@ static float climb(const struct rf_depth_channel *from, int32_t *x, int32_t *y)
     return most;
 }
 
-/* For what lies on no step and is near pixels of 0, where nothing was hit: it may be a
- * thin thing, whose averages with nothing are too near. So it gets the greatest depth that
- * can be climbed to, or 0 where it has less than half of that. */
+/* The least depth around, 0 where nothing was hit. */
+static float least_near(const struct rf_depth_channel *from, int32_t x, int32_t y)
+{
+    float least = INFINITY;
+    for (int32_t k = y - THIN_PX; k <= y + THIN_PX; k++)
+        for (int32_t l = x - THIN_PX; l <= x + THIN_PX; l++) {
+            const bool is_inside =
+                k >= 0 && k < from->height && l >= 0 && l < from->width;
+            const float v =
+                is_inside ? from->depth[(size_t)k * (size_t)from->width + (size_t)l]
+                          : INFINITY;
+            least = v >= 0 ? fminf(least, v) : least;
+        }
+    return least;
+}
+
+/* For what lies on no step, or before both sides of one, and is near pixels where nothing
+ * was hit: it may be a thin thing, whose averages with nothing are too near, or a gap
+ * between two things. So it gets the greatest depth that can be climbed to, or 0 where it
+ * has less than half of that. */
 static float crest_of(const struct rf_depth_channel *from, int32_t x, int32_t y,
                       float z)
 {
-    bool is_near_nothing = false;
-    for (int32_t k = y - THIN_PX; k <= y + THIN_PX; k++)
-        for (int32_t l = x - THIN_PX; l <= x + THIN_PX; l++)
-            is_near_nothing |=
-                k >= 0 && k < from->height && l >= 0 && l < from->width &&
-                from->depth[(size_t)k * (size_t)from->width + (size_t)l] == 0;
+    const float least = least_near(from, x, y);
     float crest = z;
-    for (int32_t i = 0; i < THIN_PX && is_near_nothing; i++)
+    for (int32_t i = 0; i < THIN_PX; i++)
         crest = climb(from, &x, &y);
-    if (!(crest > (float)RF_DEPTH_STEP_RATIO * z))
+    if (!(least < NOTHING * crest) || !(crest > (float)RF_DEPTH_STEP_RATIO * z))
         return z;
     return z > crest / 2 ? crest : 0;
 }
@@ -207,7 +222,9 @@ static float snap_pixel(const struct rf_depth_channel *from, int32_t x, int32_t 
     find_sides(&row, &column, from->infinity, &step);
     find_sides(&column, &row, from->infinity, &step);
     const float z = snapped(*at, &step);
-    if (z > 0 && (double)z < from->infinity && step.n > RF_DEPTH_STEP_PIXELS + 1)
+    const bool is_on_step = step.n <= RF_DEPTH_STEP_PIXELS + 1;
+    if (z > 0 && (double)z < from->infinity &&
+        (!is_on_step || (double)z < 0.75 * step.low))
         return crest_of(from, x, y, z);
     return z < 0 ? least_around(&row, &column, z) : z;
 }

@@ -47,6 +47,32 @@ static void averages_are_found_and_undone(void)
     CHECK(!stats.is_mixed && stats.n_snapped == 0);
 }
 
+/* Depths of a row with a gap of nothing in it, averaged over a Gaussian as Mitsuba does: no
+ * pixel of the gap is 0. What is left lies on one side or is 0. */
+static void gaps_of_nothing_are_no_near_things(void)
+{
+    static const float row[] = {10,    9.98f, 8.67f, 4.06f, 0.31f,
+                                0.27f, 3.65f, 6.1f,  6.8f};
+    static const float wire[] = {10, 10, 9, 4, 1.2f, 1.2f, 4, 6.5f, 6.8f};
+    struct rf_depth_channel channel = channel_of(0);
+    size_t n = 0;
+    for (int i = 0; i < N; i++) {
+        const int x = i % WIDTH - 20;
+        const float *at = i / WIDTH < HEIGHT / 2 ? row : wire;
+        depth[i] = x < 0 ? 10 : x < 9 ? at[x] : 6.8f;
+    }
+    REQUIRE(rf_depth_snap(NULL, &channel, &n, NULL) == RF_OK);
+    for (int i = 0; i < N; i++) {
+        const int y = i / WIDTH;
+        const float z = depth[i];
+        if (y < HEIGHT / 2 - 8)
+            CHECK(z == 0 || z > 6);
+        else if (y > HEIGHT / 2 + 8 && i % WIDTH == 24)
+            CHECK(z == 1.2f); /* a thin thing before both, which is not that near */
+    }
+    CHECK(depth[24] == 0 && depth[22] > 9);
+}
+
 static void depth_times_alpha_is_divided_by_it(void)
 {
     struct rf_depth_channel channel = channel_of(4);
@@ -345,6 +371,7 @@ int main(int argc, char **argv)
 {
     testing_begin(argc, argv);
     TEST(averages_are_found_and_undone);
+    TEST(gaps_of_nothing_are_no_near_things);
     TEST(wide_depth_is_narrowed);
     TEST(moved_depth_is_not_narrowed);
     TEST(brightness_does_not_tell_width);
