@@ -83,14 +83,15 @@ struct line {
 };
 
 /* Is the end of a side, at `at`, like a pixel across the line, too? Averages with nothing
- * behind, along a horizon, are flat in one direction only. */
+ * behind, along a horizon or the border, are flat in one direction only. */
 static bool is_surface(const float *at, const struct line *across)
 {
     const float z = *at, most = (float)RF_DEPTH_STEP_RATIO;
-    const float before = across->n_before > 0 ? at[-across->step] : z;
-    const float behind = across->n_behind > 0 ? at[across->step] : z;
+    const float before = across->n_before > 0 ? at[-across->step] : NAN;
+    const float behind = across->n_behind > 0 ? at[across->step] : NAN;
     return (before <= most * z && z <= most * before) ||
-           (behind <= most * z && z <= most * behind);
+           (behind <= most * z && z <= most * behind) ||
+           (isnan(before) && isnan(behind));
 }
 
 /* The two sides of the step that the pixel lies on, the nearest ones; of two as near
@@ -108,7 +109,8 @@ static void find_sides(const struct line *line, const struct line *across,
             if (rf_depth_find_step(*a, a[-line->step], *b, b[line->step], infinity,
                                    &found) &&
                 (n < best->n || found.high - found.low > best->high - best->low) &&
-                is_surface(*a < *b ? a : b, across))
+                is_surface(*a < *b ? a : b, across) &&
+                (found.low > 0 || is_surface(*a < *b ? b : a, across)))
                 *best = found;
         }
 }

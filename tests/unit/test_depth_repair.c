@@ -73,6 +73,26 @@ static void gaps_of_nothing_are_no_near_things(void)
     CHECK(depth[24] == 0 && depth[22] > 9);
 }
 
+/* Averages with nothing along the border and along a thing, below another at 8: alike from
+ * row to row, and no surface. */
+static void averages_with_nothing_are_no_surface(void)
+{
+    static const float rows[3][4] = {{2.9f, 3.7f, 3.2f, 4.5f},
+                                     {0.065f, 0.157f, 1.7f, 8.1f},
+                                     {1e-4f, 0.18f, 4, 9.7f}};
+    struct rf_depth_channel channel = channel_of(0);
+    size_t n = 0;
+    for (int i = 0; i < N; i++) {
+        const int x = i % WIDTH, y = i / WIDTH;
+        const float *row = rows[y < 9 ? 0 : y > 11 ? 2 : y - 9];
+        depth[i] = y < 9 ? 8 : x < 4 ? row[x] * (1 + 0.01f * (float)(y % 3)) : 10;
+        depth[i] = y > 20 && x < 4 ? 0 : depth[i];
+    }
+    REQUIRE(rf_depth_snap(NULL, &channel, &n, NULL) == RF_OK);
+    for (int i = 0; i < N; i++)
+        CHECK(depth[i] == 0 || depth[i] > 7);
+}
+
 static void depth_times_alpha_is_divided_by_it(void)
 {
     struct rf_depth_channel channel = channel_of(4);
@@ -372,6 +392,7 @@ int main(int argc, char **argv)
     testing_begin(argc, argv);
     TEST(averages_are_found_and_undone);
     TEST(gaps_of_nothing_are_no_near_things);
+    TEST(averages_with_nothing_are_no_surface);
     TEST(wide_depth_is_narrowed);
     TEST(moved_depth_is_not_narrowed);
     TEST(brightness_does_not_tell_width);
