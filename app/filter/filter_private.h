@@ -36,6 +36,7 @@ struct run {
     bool is_deep;
     struct deep_frame deep;
     float *colour, *depth;          /* of the first view; colour becomes the result */
+    struct rf_image mean_depth;     /* of the only view; data NULL: not known */
     struct temporal_behind *behind; /* of each view; NULL: not asked for */
     struct temporal_border *border; /* NULL: nothing is known beyond it */
     struct filter_kept own;         /* where no other is handed on */

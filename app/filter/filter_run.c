@@ -13,6 +13,7 @@
 #include "filter/windows.h"
 #include "interrupt.h"
 #include "sources/depth_repair.h"
+#include "sources/mean_depth.h"
 #include "sources/picture.h"
 
 /* ---- messages ------------------------------------------------------------------- */
@@ -416,6 +417,28 @@ static int read_pixels(struct run *run)
     return os_is_interrupted() ? APP_INTERRUPTED : filter_repair_depth(run);
 }
 
+/* Mean distances, where the files have some and the method asks for them. */
+static int read_mean_depths(struct run *run)
+{
+    struct rf_view alone = {
+        .depth = rf_image_packed(run->depth, run->source.width, run->source.height, 1)};
+    const struct rf_method_info *method = rf_method_find(run->params.method);
+    const bool is_read = method->has_layers && run->params.split_edges &&
+                         run->params.depth == RF_DEPTH_PLANAR && !run->is_deep;
+    if (!is_read || run->windows)
+        return APP_DONE;
+    for (int i = 0; i < filter_n_views(run); i++) {
+        const struct source *source =
+            run->has_views ? &run->views.sources[i] : &run->source;
+        if (!mean_depth_read(source, rf_filter_lens(run->filter), run->n_threads,
+                             run->has_views ? &run->views.views[i] : &alone,
+                             run->error))
+            return fail_image(run);
+    }
+    run->mean_depth = alone.mean_depth;
+    return APP_DONE;
+}
+
 /* Makes the lens's picture of the pixels at hand in `samples`, packed. */
 static int make_picture(struct run *run, float *samples)
 {
@@ -423,7 +446,8 @@ static int make_picture(struct run *run, float *samples)
     struct rf_view view = {
         .colour = rf_image_packed(run->colour, source->width, source->height,
                                   source->n_channels),
-        .depth = rf_image_packed(run->depth, source->width, source->height, 1)};
+        .depth = rf_image_packed(run->depth, source->width, source->height, 1),
+        .mean_depth = run->mean_depth};
     for (int i = 0; i < filter_n_views(run); i++) {
         struct rf_view *to = run->has_views ? &run->views.views[i] : &view;
         temporal_set_behind(run, i, to);
@@ -530,9 +554,9 @@ static int do_step(struct run *run, int (*step)(struct run *))
 static int run_steps(struct run *run)
 {
     static int (*const steps[])(struct run *) = {
-        find_layers,   read_facts,    make_filter,   open_views, read_pixels,
-        find_white,    warn_facts,    temporal_find, seen_find,  process,
-        filter_layers, filter_shrink, write_output,  say_done};
+        find_layers, read_facts,    make_filter,   open_views,   read_pixels,
+        find_white,  warn_facts,    temporal_find, seen_find,    read_mean_depths,
+        process,     filter_layers, filter_shrink, write_output, say_done};
     if (!source_check(&run->source, run->error) ||
         !picture_check_writable(run->tool->output, run->error) ||
         (run->tool->output_coc &&
@@ -560,6 +584,7 @@ static void free_run(struct run *run)
     if (!run->has_views) {
         free(run->colour);
         free(run->depth);
+        free(run->mean_depth.data);
     }
     views_free(&run->views);
     views_list_free(&run->list);

@@ -202,6 +202,7 @@ void views_free(struct views *views)
     for (int i = 0; i < views->n; i++) {
         free(views->views[i].colour.data);
         free(views->views[i].depth.data);
+        free(views->views[i].mean_depth.data);
         source_close(&views->sources[i]);
     }
     free(views->sources);

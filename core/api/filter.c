@@ -246,6 +246,9 @@ static rf_result check_view(const struct rf_frame *f, const struct rf_view *view
                          out->channels, view->colour.channels);
     if (result == RF_OK && view->behind_colour.data)
         result = check_behind(f, view, error);
+    if (result == RF_OK && view->mean_depth.data)
+        result = rf_image_check_one(&view->mean_depth, "mean_depth", f->width,
+                                    f->height, error);
     if (result == RF_OK)
         result = check_lights(view, error);
     return result == RF_OK ? rf_view_check_place(view, error) : result;

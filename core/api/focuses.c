@@ -281,6 +281,7 @@ static rf_result add_focus(struct focuses *s, const struct rf_progress *progress
         views[j].depth = image_part(&view->depth, &given);
         views[j].behind_colour = image_part(&view->behind_colour, &given);
         views[j].behind_depth = image_part(&view->behind_depth, &given);
+        views[j].mean_depth = image_part(&view->mean_depth, &given);
     }
     one.place.x += given.x;
     one.place.y += given.y;

@@ -144,6 +144,9 @@ static rf_result check_view(const struct rf_frame *f, const struct rf_view *view
     if (result == RF_OK)
         result = rf_image_check_one(&view->depth, "depth", given->width, given->height,
                                     error);
+    if (result == RF_OK && view->mean_depth.data)
+        result = rf_image_check_one(&view->mean_depth, "mean_depth", given->width,
+                                    given->height, error);
     if (result == RF_OK)
         result = rf_view_check_place(view, error);
     return result;

@@ -93,6 +93,9 @@ rf_result rf_work_load_depth(struct rf_work *work, const struct rf_view *views,
             return result;
         w->radius = radius;
         w->behind = view->behind_colour.data || view->n_unseen_lights ? view : NULL;
+        /* Radii that depend on the place do not tell distances. */
+        bool has_mean = view->mean_depth.data && !rf_field_is_used(f);
+        w->mean_depth = has_mean ? &view->mean_depth : NULL;
         rf_work_view_place(w, view->lens_offset, view->shear_distance, &f->lens);
         if (!f->apart)
             w->shift_bias -=

@@ -28,6 +28,7 @@ struct rf_work_view {
     float shift_scale, shift_bias;
     const struct rf_survey *survey; /* of the whole picture; NULL: it is at hand */
     const struct rf_view *behind;   /* knows what is not seen; NULL: nothing is known */
+    const struct rf_image *mean_depth; /* of the caller, as in rf_view; NULL: none */
 };
 
 /*

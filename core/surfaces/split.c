@@ -46,6 +46,7 @@
 #include "base/math.h"
 #include "base/parallel.h"
 #include "base/pool.h"
+#include "input/image.h"
 #include "kernels/data.h"
 #include "kernels/kernels.h"
 #include "surfaces/split_fringe.h"
@@ -74,7 +75,10 @@ static const float WHITE = 1;
  * of even stripes flickers 2 % more at 0.2, 12 % at 0.08. */
 static const float UNSURE = 0.3f;
 
-static const float EMPTY = 0.02f; /* alpha behind an edge, of that before it */
+static const float APART = 0.01f; /* distances whose mean tells shares, of the nearer */
+static const float STRANGE = 0.1f; /* a share below 0 by this: a third surface */
+static const float EVEN = 0.02f;   /* smaller measured shares are slants of a surface */
+static const float EMPTY = 0.02f;  /* alpha behind an edge, of that before it */
 
 enum { WINDOW = 2 };
 
@@ -88,6 +92,7 @@ struct scratch {
     float *columns, *darkest, *brightest, *nearest, *farthest, *gap, *threshold;
     unsigned char *candidates;
     bool is_alone; /* the only view */
+    const struct rf_splitter *splitter;
 };
 
 enum { N_ROWS = 8 }; /* of floats, for all that: two for the columns */
@@ -373,6 +378,50 @@ static void split_by_alpha(const struct rf_surface *c, const struct rf_surface *
     *share = a;
 }
 
+/* ---- shares by mean distances ---------------------------------------------------- */
+
+/* Planar distance of what has a radius; NAN: the radius is clipped and does not tell. */
+static float distance_at(const struct rf_frame *f, float r)
+{
+    const struct rf_lens *lens = &f->lens;
+    float from_bias = r - (float)(lens->bias_px + f->radius_shift);
+    if (fabsf(r) >= (float)lens->max_radius_px)
+        return NAN;
+    if (lens->projection != RF_PROJECTION_PERSPECTIVE)
+        return from_bias / (float)lens->scale;
+    float z = (float)lens->scale / from_bias;
+    return z >= 0 ? z : INFINITY; /* rounded */
+}
+
+/* The mean distance at a pixel; NAN: not known. */
+static float mean_depth_at(const struct rf_splitter *s, int x, int y)
+{
+    x -= s->x0;
+    y -= s->y0;
+    bool is_inside = s->mean_depth && x >= 0 && y >= 0 && x < s->frame->width &&
+                     y < s->frame->height;
+    return is_inside ? *rf_image_at(s->mean_depth, x, y, 0) : NAN;
+}
+
+/*
+ * Share of the near surface by the mean distance of the pixel's samples: of a near and
+ * a far one at z_f and z_b it is A z_f + (1 - A) z_b, before nothing A z_f. NAN: not
+ * known, or another surface is there too.
+ */
+static float measured_share(const struct rf_splitter *s, const struct meeting *m,
+                            float own_radius, int x, int y)
+{
+    float mean = mean_depth_at(s, x, y);
+    if (!(mean >= 0))
+        return NAN;
+    float f = distance_at(s->frame, m->is_near ? own_radius : m->f.r);
+    float b = distance_at(s->frame, m->is_near ? m->b.r : own_radius);
+    if (!(f > 0 && fabsf(b - f) > APART * f))
+        return NAN;
+    float share = mean < f ? mean / f : b > f ? 1 - (mean - f) / (b - f) : NAN;
+    return share > -STRANGE ? rf_clamp01(share) : NAN;
+}
+
 static bool split_edge(const struct scratch *s, const struct rf_pixels *p, int x, int y,
                        const struct edge *e, struct rf_surface *near,
                        struct rf_surface *far, float *share)
@@ -396,8 +445,13 @@ static bool split_edge(const struct scratch *s, const struct rf_pixels *p, int x
         *share = 1;
         return true;
     }
-    if (a <= 0 || a >= 1 || (s->is_alone && is_textured(s, c, &m, &at)))
+    if (a <= 0 || a >= 1)
         return false;
+    float measured = measured_share(s->splitter, &m, c->r, x, y);
+    if (measured >= 0 ? measured <= EVEN || measured >= 1 - EVEN
+                      : s->is_alone && is_textured(s, c, &m, &at))
+        return false;
+    a = measured >= 0 ? measured : a;
     share_colour(c, f, b, a, taken_by(s, c, &m, &at, a), near, far);
     near->r = m.is_near ? c->r : f->r;
     far->r = m.is_near ? b->r : c->r;
@@ -538,7 +592,8 @@ static struct scratch scratch_of(const struct rf_splitter *s, int y, int thread)
                             at + 5 * row,
                             at + 6 * row,
                             (unsigned char *)(at + 7 * row),
-                            s->is_alone};
+                            s->is_alone,
+                            s};
 }
 
 rf_result rf_split_begin(struct rf_splitter *s, struct rf_error *error)

@@ -23,6 +23,9 @@ struct rf_splitter {
     const struct rf_frame *frame;
     bool keeps_radii; /* as they came */
     bool is_alone;    /* the only view: others do not show what a thin thing hides */
+    /* Mean distances as in rf_view, the first of pixel (x0, y0); NULL: none. */
+    const struct rf_image *mean_depth;
+    int x0, y0;
     struct rf_pixels *pixels;
     struct rf_surfaces *out;
     /*

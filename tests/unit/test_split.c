@@ -18,7 +18,8 @@ static struct rf_surface pixels[N], near[N], far[N];
 static float luminance[STRIDE * MOST_H], radius[STRIDE * MOST_H];
 static float darkest[STRIDE * MOST_H], share[N];
 static uint64_t possible_highlights[N_WORDS];
-static bool is_alone; /* the only view */
+static bool is_alone;      /* the only view */
+static const float *means; /* mean distances; NULL: none */
 
 static void put(int width, int x, int y, float v, float r)
 {
@@ -36,6 +37,9 @@ static void fill_planes(const struct rf_pixels *p)
             rf_plane_row(p, p->radius, y)[x] = s->r;
         }
 }
+
+static double f_stop = 0.1; /* radii of px in so small a picture */
+static int projection = RF_PROJECTION_PERSPECTIVE;
 
 /* Splits width x height pixels; `far` has a place for each of them. */
 static void split(int width, int height, float bright)
@@ -57,8 +61,12 @@ static void split(int width, int height, float bright)
                             .darkest = darkest,
                             .possible_highlights = possible_highlights,
                             .bright = bright};
+    const struct rf_image mean = rf_image_input(means, width, height, 1);
+    s.mean_depth = means ? &mean : NULL;
     rf_params_init(&params);
     params.split_edges = 1;
+    params.projection = projection;
+    params.f_stop = f_stop;
     REQUIRE(rf_context_create(&context, NULL, NULL) == RF_OK);
     REQUIRE(rf_filter_create(&filter, context, &params, width, height, NULL) == RF_OK);
     s.frame = &filter->frame;
@@ -267,6 +275,55 @@ static void what_is_beside_a_wire_is_not_the_wire(void)
     CHECK(share[AT] == 1 && near[AT].r == 0);
 }
 
+/* Share of the near half in the pixels of its edge, of whose colours it seems to have
+ * 0.75; their mean distance is `mean`. */
+static float measured_share(double near_z, double far_z, float mean)
+{
+    enum { WIDTH = 16, EDGE = 8 };
+    static float z[N];
+    struct rf_params params;
+    struct rf_lens lens;
+    rf_params_init(&params);
+    params.projection = projection;
+    params.f_stop = f_stop;
+    CHECK(rf_lens_init(&lens, &params, WIDTH, MOST_H, NULL) == RF_OK);
+    const float near_r = (float)rf_lens_radius_px(&lens, near_z);
+    const float far_r = (float)rf_lens_radius_px(&lens, far_z);
+    for (int i = 0; i < WIDTH * MOST_H; i++) {
+        int x = i % WIDTH;
+        put(WIDTH, x, i / WIDTH,
+            x < EDGE    ? 0.4f
+            : x == EDGE ? 0.5f
+                        : 0.8f,
+            x < EDGE ? near_r : far_r);
+        z[i] = x == EDGE ? mean : (float)(x < EDGE ? near_z : far_z);
+    }
+    means = z;
+    split(WIDTH, MOST_H, INFINITY);
+    means = NULL;
+    return share[MOST_H / 2 * WIDTH + EDGE];
+}
+
+static void mean_distances_tell_shares(void)
+{
+    is_alone = true;
+    CHECK_NEAR(measured_share(2, 8, NAN), 0.75f, 1e-4);
+    CHECK_NEAR(measured_share(2, 8, 0.3f * 2 + 0.7f * 8), 0.3f, 1e-4);
+    CHECK_NEAR(measured_share(2, INFINITY, 0.3f * 2), 0.3f, 1e-4);
+    CHECK(measured_share(2, 8, 7.99f) == 1);              /* of the far side alone */
+    CHECK_NEAR(measured_share(2, 8, 20), 0.75f, 1e-4);    /* beyond both */
+    CHECK_NEAR(measured_share(8, 8.01, 8.004f), 1, 1e-4); /* one surface */
+}
+
+static void so_they_do_without_perspective(void)
+{
+    projection = RF_PROJECTION_ORTHOGRAPHIC;
+    f_stop = 0.2;
+    CHECK_NEAR(measured_share(2, 8, 0.3f * 2 + 0.7f * 8), 0.3f, 1e-4);
+    projection = RF_PROJECTION_PERSPECTIVE;
+    f_stop = 0.1;
+}
+
 int main(int argc, char **argv)
 {
     testing_begin(argc, argv);
@@ -276,5 +333,7 @@ int main(int argc, char **argv)
     TEST(what_a_wire_fills_is_the_wire);
     TEST(so_is_what_a_slanting_wire_fills);
     TEST(what_is_beside_a_wire_is_not_the_wire);
+    TEST(mean_distances_tell_shares);
+    TEST(so_they_do_without_perspective);
     return testing_end();
 }

@@ -556,6 +556,15 @@ struct rf_view {
      */
     const struct rf_seen_light *seen;
     int32_t n_seen; /**< 0 to RF_MAX_SEEN */
+    /**
+     * One channel: the mean planar distance over the samples of a pixel, as `colour` is
+     * their mean, scene units, whatever params.depth says; a sample that hits nothing
+     * counts as 0. It tells how large the parts of the two surfaces are that meet in a
+     * pixel at an edge, where `depth` has one of both. NAN: not known there; data NULL:
+     * nowhere. Read by `layered` and `views` with split_edges, but not by quality
+     * preview, nor with tilt, field curvature or a split diopter of one view. Since 0.1.
+     */
+    struct rf_image mean_depth;
 };
 
 /** Builds a filter for pictures of width x height; checks every parameter. */

@@ -1,0 +1,16 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Layers beside the colour of a source, by their names. */
+#ifndef APP_BESIDE_H
+#define APP_BESIDE_H
+
+#include <stdbool.h>
+
+#include "sources/source.h"
+
+/* Is a channel that of `base` (0 to 2, x y z or r g b) in a layer of that name? */
+bool beside_is(const char *channel, const char *layer, int base);
+
+/* Has the part of a channel the data window of the colour? */
+bool beside_has_window(const struct source *source, int channel);
+
+#endif

@@ -1,0 +1,88 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Blender's Denoising Depth: it tells how large the parts of a mixed pixel are."""
+
+import numpy
+import plainexr
+import pytest
+
+WIDTH, HEIGHT, FINE = 120, 80, 8
+FOCAL_PX = 150
+CLIP = 0.1  # where the camera begins to see
+LENS = ["--focus-distance", "4", "--lens-radius", "0.06"]
+
+
+def scene(n):
+    """Colours, distances along the axis and along the rays, n x n samples a pixel."""
+    y, x = (numpy.mgrid[0 : n * HEIGHT, 0 : n * WIDTH] + 0.5) / n
+    random = numpy.random.default_rng(3)
+    z = numpy.full(x.shape, 4.0)
+    grey = 0.5 + 0.4 * numpy.sin(x) * numpy.sin(y / 2)
+    for _ in range(25):
+        at, size = random.uniform(0, 1, 2) * (WIDTH, HEIGHT), random.uniform(3, 9)
+        is_inside = numpy.hypot(x - at[0], y - at[1]) < size
+        z[is_inside] = random.uniform(1.5, 2.5)
+        grey[is_inside] = random.uniform(0.2, 0.8)
+    across = numpy.hypot(x - WIDTH / 2, y - HEIGHT / 2) / FOCAL_PX
+    return grey, z, (z - CLIP) * numpy.sqrt(1 + across**2)
+
+
+def mean(plane):
+    return plane.reshape(HEIGHT, FINE, WIDTH, FINE).mean((1, 3))
+
+
+def channels_of(grey, z):
+    return dict.fromkeys("RGB", grey.astype("f4")) | {"Z": z.astype("f4")}
+
+
+@pytest.fixture(scope="module")
+def passes():
+    """Channels of a pixel's mean colour and one depth sample, and its mean ray."""
+    grey, z, ray = scene(FINE)
+    at = slice(FINE // 2, None, FINE)
+    return channels_of(mean(grey), z[at, at]), mean(ray).astype("f4")
+
+
+@pytest.fixture
+def made(rackfocus, tmp_path):
+    def run(channels, scale=1, *options):
+        path = plainexr.write(tmp_path / "in.exr", channels)
+        out = tmp_path / "o.exr"
+        lens = [*LENS, "--focal-length-px", str(FOCAL_PX * scale), "--type", "float"]
+        said = rackfocus("filter", path, "-o", out, *lens, *options).stderr
+        assert "warning" not in said
+        return plainexr.read(out)[0]["R"]
+
+    return run
+
+
+def test_shares_are_those_of_the_samples(made, passes):
+    channels, ray = passes
+    grey, z, _ = scene(FINE)
+    true = made(channels_of(grey, z), FINE, "--supersample", str(FINE))
+    errors = [
+        numpy.square(made(given) - true).mean()
+        for given in (channels, channels | {"Denoising Depth.Z": ray})
+    ]
+    print("mean squared errors", errors)
+    assert errors[1] < errors[0] / 1.3
+
+
+@pytest.mark.parametrize("name", ["Denoising Depth.Z", "ViewLayer.Denoising Depth.Z"])
+def test_a_layer_of_something_else_changes_nothing(made, passes, name):
+    channels, ray = passes
+    without = made(channels)
+    assert (made(channels | {name: ray}) != without).any()
+    for other in (ray**2, 1 / ray, numpy.full_like(ray, numpy.nan), 0 * ray):
+        assert (made(channels | {name: other}) == without).all()
+
+
+def test_what_mirrors_add_is_not_believed(made, passes):
+    channels, ray = passes
+    without, all_known = made(channels), made(channels | {"Denoising Depth.Z": ray})
+    ray = ray.copy()
+    # The way on from a mirror.
+    ray[:, : WIDTH // 2] += numpy.linspace(0.5, 3, WIDTH // 2, dtype="f4")
+    half = made(channels | {"Denoising Depth.Z": ray})
+    far = WIDTH // 2 + 40  # beyond the reach of the blur
+    assert numpy.allclose(half[:, far:], all_known[:, far:], atol=1e-5)
+    assert (half[:, :10] == without[:, :10]).mean() > 0.9
