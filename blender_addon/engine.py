@@ -110,7 +110,8 @@ def looked(layer, settings, params, kept_sharp=()):
     depth = look.depth(layer.depth, values, focus, is_flat)
     if covered is not None:
         depth = look.with_mask(depth, 1 - covered, focus, is_flat)
-    return layer._replace(depth=depth, mattes=())
+    rays = layer.rays if depth is layer.depth else None
+    return layer._replace(depth=depth, mattes=(), rays=rays)
 
 
 def cut_out(found, render):
@@ -131,7 +132,8 @@ def cut_out(found, render):
     seen = found.seen and found.seen.part(part)
     grainy = found.grainy[part] if found.grainy is not None else None
     lines = found.lines[part] if found.lines is not None else None
-    return passes.Layer(found.colour[part], depth, mattes, seen, grainy, lines)
+    rays = found.rays[part] if found.rays is not None else None
+    return passes.Layer(found.colour[part], depth, mattes, seen, grainy, lines, rays)
 
 
 def fitted(values, width, height):

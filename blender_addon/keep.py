@@ -130,6 +130,8 @@ def _files(stem, found, params, kept_sharp):
         name = stem + (f"_v{index:02d}" if is_view else "")
         channels = {c: one.colour[..., i] for i, c in enumerate("RGBA")}
         channels["Z"] = one.depth
+        if one.rays is not None:
+            channels[f"{passes.RAYS}.Z"] = one.rays
         covered = sharp.coverage(one.mattes, kept_sharp)
         if covered is not None:
             channels[SHARP] = covered
@@ -204,7 +206,8 @@ def _read(path):
     mattes = ((None, planes[SHARP]),) if SHARP in planes else ()
     colour = passes.side_by_side([planes[c] for c in "RGBA"])
     lines = freestyle.lines_of(planes)
-    layer = passes.Layer(colour, planes["Z"], mattes, lines=lines)
+    rays = planes.get(f"{passes.RAYS}.Z")
+    layer = passes.Layer(colour, planes["Z"], mattes, lines=lines, rays=rays)
     if OFFSET not in attributes:
         return layer, passes.MIDDLE
     shear = struct.unpack("<d", attributes[SHEAR])[0]

@@ -72,7 +72,9 @@ def side_by_side(planes):
     return np.ndarray(shape, np.float32, base, start, (*first.strides, steps.pop()))
 
 
-# Passes of Cycles, where denoising data is stored, by what they guide as.
+# Passes of Cycles, where denoising data is stored: what tells the parts of mixed pixels
+# (rackfocus.Filter.mean_depth()), and by what they guide as a denoiser.
+RAYS = "Denoising Depth"
 GUIDES = {"albedo": ("Denoising Albedo", "RGB"), "normal": ("Denoising Normal", "XYZ")}
 
 
@@ -98,6 +100,7 @@ class Layer(NamedTuple):
     seen: mirrors.Seen = None  # what mirrors and panes show, where it was rendered
     grainy: np.ndarray = None  # the colour with its grain, where `colour` has lost it
     lines: np.ndarray = None  # Freestyle's, (height, width, 4), premultiplied
+    rays: np.ndarray = None  # mean lengths, scene units; None: not rendered, or no use
 
 
 def with_some_depth(depth):
@@ -124,7 +127,17 @@ def find_layer(channels, layer, view=""):
     seen = mirrors.seen_of(channels, layer, tail)
     colour = side_by_side([channels[name] for name in names])
     lines = freestyle.lines_of(channels, f"{layer}.{freestyle.NAME}{tail}")
-    return Layer(colour, depth, mattes, seen, None, lines)
+    rays = channels.get(f"{layer}.{RAYS}{tail}.Z")
+    return Layer(colour, depth, mattes, seen, None, lines, rays)
+
+
+def mean_depth(made, layer, place):
+    """What rackfocus.Filter.process() takes of a Layer as mean_depth."""
+    if layer.rays is None:
+        return None
+    mean = np.empty(layer.depth.shape, np.float32)
+    at = place.offset, place.shear_distance
+    return mean if made.mean_depth(layer.rays, layer.depth, mean, *at) else None
 
 
 # ---- getting them out of Blender --------------------------------------------------

@@ -49,7 +49,10 @@ class ViewPasses:
         if n == 1 or any(part.depth is None for part in parts):
             return parts[0]
         planes = (part[:3] for part in parts)  # no mirrors: see mirrors.why_not()
-        return passes.Layer(*map(self._together, zip(*planes, strict=True)))
+        layer = passes.Layer(*map(self._together, zip(*planes, strict=True)))
+        if any(part.rays is None for part in parts):
+            return layer
+        return layer._replace(rays=self._together([part.rays for part in parts]))
 
     def _together(self, parts):
         """One plane, or tuple of planes, of the same of all parts."""
@@ -66,6 +69,9 @@ class ViewPasses:
             is_hit = found.depth < passes.NOTHING_HIT
             depth = np.where(is_hit, found.depth * place.depth_factor, found.depth)
             found = found._replace(depth=depth.astype(np.float32))
+            if found.rays is not None:
+                rays = (found.rays * place.depth_factor).astype(np.float32)
+                found = found._replace(rays=rays)
             if found.seen is not None:
                 way = (found.seen.way * place.depth_factor).astype(np.float32)
                 found = found._replace(seen=found.seen._replace(way=way))

@@ -754,8 +754,9 @@ def process(made, params, found, out, report, lights=None):
     elif len(found) > 1 and params["method"] == "views":
         _merge(made, found, out, report, lights)
     else:
-        seen = lights[0] if lights else None
-        made.process(first.colour, first.depth, out, report, seen=seen)
+        about = {"seen": lights[0] if lights else None}
+        about["mean_depth"] = passes.mean_depth(made, *found[0])
+        made.process(first.colour, first.depth, out, report, **about)
 
 
 def _merge(made, found, out, report, lights):
@@ -763,7 +764,9 @@ def _merge(made, found, out, report, lights):
     is_clean = not lights and all(layer.grainy is not None for layer in layers)
     colours = [layer.grainy if is_clean else layer.colour for layer in layers]
     views = [
-        (colour, layer.depth, place.offset, place.shear_distance)
+        rackfocus.View(
+            colour, layer.depth, *place[:2], passes.mean_depth(made, layer, place)
+        )
         for colour, (layer, place) in zip(colours, found, strict=True)
     ]
     if is_clean:

@@ -163,22 +163,28 @@ static int open_behind(PyObject *behind, struct plugin_image images[2], int *n_o
 
 static PyObject *filter_process(PyObject *object, PyObject *args, PyObject *keywords)
 {
-    static char *names[] = {"colour", "depth", "out", "progress",
-                            "behind", "seen",  NULL};
+    static char *names[] = {"colour", "depth", "out",        "progress",
+                            "behind", "seen",  "mean_depth", NULL};
     PyObject *objects[3], *function = Py_None, *behind = Py_None, *lights = Py_None;
-    PyObject *answer = NULL;
-    if (!PyArg_ParseTupleAndKeywords(args, keywords, "OOO|OOO:process", names,
+    PyObject *mean = Py_None, *answer = NULL;
+    if (!PyArg_ParseTupleAndKeywords(args, keywords, "OOO|OOOO:process", names,
                                      &objects[0], &objects[1], &objects[2], &function,
-                                     &behind, &lights))
+                                     &behind, &lights, &mean))
         return NULL;
-    struct plugin_image images[3], hidden[2];
+    struct plugin_image images[3], hidden[2], means;
+    bool has_mean = false;
     struct plugin_seen seen = {.n_images = 0};
     struct rf_view view = {.size = sizeof view};
     int n_open = 0, n_hidden = 0;
     while (n_open < 3 && plugin_open_image(&images[n_open], objects[n_open],
                                            names[n_open], n_open == 2) == 0)
         n_open++;
-    if (n_open == 3 && open_behind(behind, hidden, &n_hidden, &view) == 0 &&
+    if (n_open == 3 && mean != Py_None)
+        has_mean = plugin_open_image(&means, mean, "mean_depth", false) == 0;
+    if (has_mean)
+        view.mean_depth = means.image;
+    if (n_open == 3 && has_mean == (mean != Py_None) &&
+        open_behind(behind, hidden, &n_hidden, &view) == 0 &&
         plugin_open_seen(&seen, lights, &view) == 0) {
         view.colour = images[0].image;
         view.depth = images[1].image;
@@ -186,6 +192,8 @@ static PyObject *filter_process(PyObject *object, PyObject *args, PyObject *keyw
         answer = process(object, &work, &images[2].image, function);
     }
     plugin_close_seen(&seen);
+    if (has_mean)
+        plugin_close_image(&means);
     while (n_hidden > 0)
         plugin_close_image(&hidden[--n_hidden]);
     while (n_open > 0)
@@ -453,7 +461,7 @@ static PyGetSetDef filter_getset[] = {
 static PyMethodDef filter_methods[] = {
     {"process", KEYWORDS(filter_process), METH_VARARGS | METH_KEYWORDS,
      "process($self, /, colour, depth, out, progress=None, behind=None, "
-     "seen=None)\n--\n\n"
+     "seen=None, mean_depth=None)\n--\n\n"
      "Filters one frame.\n\n"
      "colour: (height, width, 1, 3 or 4) or (height, width) float32, scene-linear, "
      "alpha premultiplied.\n"
@@ -466,7 +474,23 @@ static PyMethodDef filter_methods[] = {
      "It takes the place of what layered and views estimate.\n"
      "seen: a sequence of tuples (light, depth) of what is seen in mirrors or through "
      "glass, a part of the colour, (height, width, 3) or (height, width), and its "
-     "planar distance, NaN where it is that of the surface; see seen_depth()."},
+     "planar distance, NaN where it is that of the surface; see seen_depth().\n"
+     "mean_depth: (height, width) float32, the mean planar distance over the samples "
+     "of "
+     "each pixel, 0 for those that hit nothing, NaN where it is not known. It tells "
+     "how "
+     "large the parts of a pixel at an edge are; see mean_depth()."},
+    {"mean_depth", KEYWORDS(plugin_filter_mean_depth), METH_VARARGS | METH_KEYWORDS,
+     "mean_depth($self, /, rays, depth, out, lens_offset=(0, 0), "
+     "shear_distance=0)\n--\n\n"
+     "Makes what process() takes as mean_depth from mean lengths of rays, as Cycles' "
+     "Denoising Depth has them. Returns False where these are of something else: out "
+     "is "
+     "of no use then.\n\n"
+     "rays: (height, width) float32, scene units.\n"
+     "depth: of the frame, planar distances.\n"
+     "out: writable, (height, width) float32.\n"
+     "lens_offset, shear_distance: of a view, as in process_views()."},
     {"seen_depth", KEYWORDS(plugin_filter_seen_depth), METH_VARARGS | METH_KEYWORDS,
      "seen_depth($self, /, colour, depth, lights, out)\n--\n\n"
      "Finds the depth of what is seen in flat mirrors or panes from several points of "
@@ -487,8 +511,10 @@ static PyMethodDef filter_methods[] = {
      "process_views($self, /, views, out, progress=None, seen=None)\n--\n\n"
      "Filters one frame from several pinhole views; for the methods that take them "
      "(views, 1 to 64).\n\n"
-     "views: a sequence of tuples (colour, depth, (u, v), shear_distance); colour and "
-     "depth as in process(), u and v where on the lens the view was taken, scene units "
+     "views: a sequence of tuples (colour, depth, (u, v), shear_distance[, "
+     "mean_depth]); "
+     "colour, depth and mean_depth as in process(), u and v where on the lens the view "
+     "was taken, scene units "
      "right and up, shear_distance that of the plane that stays where it is in all "
      "views, scene units, 0 for parallel cameras.\n"
      "out, progress: as in process().\n"

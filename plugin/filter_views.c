@@ -70,29 +70,34 @@ void plugin_close_views(struct plugin_views *open)
     PyMem_Free(open);
 }
 
-/* Opens the next view from its tuple (colour, depth, (u, v), shear distance). */
+/* Opens the next view from its tuple (colour, depth, (u, v), shear distance[, mean
+ * depth]). */
 static int open_view(void *user, PyObject *about)
 {
-    static const char *const names[] = {"colour", "depth"};
+    static const char *const names[] = {"colour", "depth", "mean_depth"};
     struct plugin_views *open = user;
     struct rf_view *view = &open->views[open->n];
-    PyObject *objects[2];
-    if (!PyTuple_Check(about) || PyTuple_Size(about) != 4 ||
-        !PyArg_ParseTuple(about, "OO(dd)d:view", &objects[0], &objects[1],
+    PyObject *objects[3] = {NULL, NULL, Py_None};
+    if (!PyTuple_Check(about) || PyTuple_Size(about) < 4 || PyTuple_Size(about) > 5 ||
+        !PyArg_ParseTuple(about, "OO(dd)d|O:view", &objects[0], &objects[1],
                           &view->lens_offset[0], &view->lens_offset[1],
-                          &view->shear_distance)) {
+                          &view->shear_distance, &objects[2])) {
         PyErr_Format(PyExc_TypeError,
                      "views: view %d must be a rackfocus.View, or a tuple (colour, "
-                     "depth, (u, v), shear_distance) of it",
+                     "depth, (u, v), shear_distance[, mean_depth]) of it",
                      open->n);
         return -1;
     }
-    for (int k = 0; k < 2; k++, open->n_images++)
+    const int n = objects[2] == Py_None ? 2 : 3;
+    for (int k = 0; k < n; k++, open->n_images++)
         if (plugin_open_image(&open->images[open->n_images], objects[k], names[k],
                               false) < 0)
             return -1;
-    view->colour = open->images[open->n_images - 2].image;
-    view->depth = open->images[open->n_images - 1].image;
+    const struct plugin_image *images = &open->images[open->n_images - n];
+    view->colour = images[0].image;
+    view->depth = images[1].image;
+    if (n == 3)
+        view->mean_depth = images[2].image;
     open->n++;
     return 0;
 }

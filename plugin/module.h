@@ -134,7 +134,7 @@ struct plugin_filter {
 /* Several views of one frame, and the buffers that Python owns. */
 struct plugin_views {
     struct rf_view views[RF_MAX_VIEWS];
-    struct plugin_image images[2 * RF_MAX_VIEWS];
+    struct plugin_image images[3 * RF_MAX_VIEWS];
     int n_images, n;
 };
 
@@ -203,6 +203,10 @@ void plugin_close_view_lights(struct plugin_view_lights *open);
 PyObject *plugin_filter_seen_depth(PyObject *object, PyObject *args,
                                    PyObject *keywords);
 PyObject *plugin_filter_seen_way(PyObject *object, PyObject *args, PyObject *keywords);
+
+/* mean_depth.c */
+PyObject *plugin_filter_mean_depth(PyObject *object, PyObject *args,
+                                   PyObject *keywords);
 
 /* ---- compare.c ----------------------------------------------------------------- */
 

@@ -425,8 +425,16 @@ static int read_mean_depths(struct run *run)
     const struct rf_method_info *method = rf_method_find(run->params.method);
     const bool is_read = method->has_layers && run->params.split_edges &&
                          run->params.depth == RF_DEPTH_PLANAR && !run->is_deep;
-    if (!is_read || run->windows)
+    if (!is_read)
         return APP_DONE;
+    if (run->windows)
+        return mean_depth_is_there(&run->source)
+                   ? app_warn(run->tool->host, run->error,
+                              "%s: Denoising Depth is not read in windows, and edges "
+                              "are a little worse for it; raise --max-memory, or leave "
+                              "it out",
+                              image_path(run->source.colour))
+                   : APP_DONE;
     for (int i = 0; i < filter_n_views(run); i++) {
         const struct source *source =
             run->has_views ? &run->views.sources[i] : &run->source;

@@ -8,6 +8,9 @@
 #include "rackfocus/rackfocus.h"
 #include "sources/source.h"
 
+/* Has a source a layer of mean distances? */
+bool mean_depth_is_there(const struct source *source);
+
 /*
  * Reads Blender's Denoising Depth of a view, the mean along the rays from where the
  * camera begins to see, as planar distances; view->mean_depth is packed and of malloc().
@@ -16,12 +19,5 @@
  */
 bool mean_depth_read(const struct source *source, const struct rf_lens *lens,
                      int n_threads, struct rf_view *view, struct image_error *error);
-
-/*
- * The planar distances of such a plane, by the distances of single samples, in place.
- * False: they do not fit; the plane is of no use. Room for as many floats in `scratch`.
- */
-bool mean_depth_make_planar(const struct rf_lens *lens, const struct rf_view *view,
-                            float *mean, float *scratch);
 
 #endif

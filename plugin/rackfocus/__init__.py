@@ -131,6 +131,7 @@ class View(NamedTuple):
     depth: Any  # (height, width) float32
     lens_offset: tuple = (0.0, 0.0)  # scene units right and up of the lens's middle
     shear_distance: float = 0.0  # of the plane that stays in place; 0: parallel cameras
+    mean_depth: Any = None  # (height, width) float32, see Filter.process()
 
 
 class Window(NamedTuple):

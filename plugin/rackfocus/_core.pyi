@@ -12,6 +12,10 @@ _Survey: TypeAlias = Any
 _Area: TypeAlias = tuple[int, int, int, int]
 # Any object with the buffer protocol that holds 32 bit floats.
 _Pixels: TypeAlias = Any
+_View = (
+    tuple[_Pixels, _Pixels, tuple[float, float], float]
+    | tuple[_Pixels, _Pixels, tuple[float, float], float, _Pixels | None]
+)
 
 class Error(Exception):
     field: str
@@ -91,7 +95,16 @@ class Filter:
         progress: Callable[[float], bool | None] | None = None,
         behind: tuple[_Pixels, _Pixels] | None = None,
         seen: Sequence[tuple[_Pixels, _Pixels]] | None = None,
+        mean_depth: _Pixels | None = None,
     ) -> None: ...
+    def mean_depth(
+        self,
+        rays: _Pixels,
+        depth: _Pixels,
+        out: _Pixels,
+        lens_offset: tuple[float, float] = (0, 0),
+        shear_distance: float = 0,
+    ) -> bool: ...
     def seen_depth(
         self,
         colour: _Pixels,
@@ -109,14 +122,14 @@ class Filter:
     ) -> None: ...
     def process_views(
         self,
-        views: Sequence[tuple[_Pixels, _Pixels, tuple[float, float], float]],
+        views: Sequence[_View],
         out: _Pixels,
         progress: Callable[[float], bool | None] | None = None,
         seen: Sequence[Sequence[tuple[_Pixels, _Pixels]] | None] | None = None,
     ) -> None: ...
     def denoise_views(
         self,
-        views: Sequence[tuple[_Pixels, _Pixels, tuple[float, float], float]],
+        views: Sequence[_View],
         outs: Sequence[_Pixels],
         guides: Sequence[tuple[_Pixels | None, _Pixels | None]] | None = None,
         progress: Callable[[float], bool | None] | None = None,
@@ -127,7 +140,7 @@ class Filter:
     ) -> float: ...
     def merge_denoised(
         self,
-        views: Sequence[tuple[_Pixels, _Pixels, tuple[float, float], float]],
+        views: Sequence[_View],
         clean: Sequence[_Pixels],
         out: _Pixels,
         progress: Callable[[float], bool | None] | None = None,

@@ -86,3 +86,13 @@ def test_what_mirrors_add_is_not_believed(made, passes):
     far = WIDTH // 2 + 40  # beyond the reach of the blur
     assert numpy.allclose(half[:, far:], all_known[:, far:], atol=1e-5)
     assert (half[:, :10] == without[:, :10]).mean() > 0.9
+
+
+def test_windows_say_that_they_do_not_read_it(rackfocus, tmp_path):
+    grey, z, ray = scene(FINE)
+    channels = channels_of(grey, z) | {"Denoising Depth.Z": ray.astype("f4")}
+    path = plainexr.write(tmp_path / "in.exr", channels)
+    lens = ["--focus-distance", "4", "--lens-radius", "0.002"]
+    lens += ["--focal-length-px", str(FOCAL_PX * FINE), "--max-memory", "112"]
+    said = rackfocus("filter", path, "-o", tmp_path / "o.exr", *lens).stderr
+    assert "Denoising Depth is not read in windows" in said

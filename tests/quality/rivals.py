@@ -39,6 +39,7 @@ PARTS = {
     "Depth": "Z",
     "Denoising Albedo": "RGB",
     "Denoising Normal": "XYZ",
+    "Denoising Depth": "Z",
 }
 
 

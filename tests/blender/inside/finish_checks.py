@@ -361,14 +361,17 @@ def _merged(scene, is_clean):
     kept._clean.clear()
     found = kept.views("ViewLayer")
     guides = [kept.guides("ViewLayer", j) for j in (0, 1)]
-    views = [
-        (np.ascontiguousarray(f.colour), f.depth, *place[:2]) for f, place in found
-    ]
     height, width = found[0][0].depth.shape
     params = addon("lens").frame_parameters(
         scene.camera, scene.camera.data.rack_focus, scene.render, (width, height)
     )
     made = library.Filter(width, height, **params)
+    means = [addon("passes").mean_depth(made, *one) for one in found]
+    assert all(mean is not None for mean in means)
+    views = [
+        (np.ascontiguousarray(f.colour), f.depth, *place[:2], mean)
+        for (f, place), mean in zip(found, means, strict=True)
+    ]
     out = np.empty((height, width, 4), np.float32)
     if is_clean:
         known = [(one["albedo"], one["normal"]) for one in guides]

@@ -44,6 +44,27 @@ def f12_is_the_filter_on_the_passes():
 
 
 @check
+def denoising_data_tells_shares():
+    """Where an artist stores it, its depth is read at edges."""
+    scene, data = start()
+    without = rgba(render(scene, OUT / "d.exr"))
+    scene.view_layers[0].cycles.denoising_store_passes = True
+    sharp = pinhole(scene, OUT / "d.exr")
+    made = rgba(render(scene, OUT / "d.exr"))
+    colour, depth = rgba(sharp, "ViewLayer"), common.depth_of(sharp)
+    height, width = depth.shape
+    params = addon("lens").frame_parameters(
+        scene.camera, data.rack_focus, scene.render, (width, height)
+    )
+    by_hand = addon("library").rackfocus.Filter(width, height, **params)
+    mean, out = np.empty_like(depth), np.empty_like(colour)
+    assert by_hand.mean_depth(sharp["ViewLayer.Denoising Depth.Z"], depth, mean)
+    by_hand.process(np.ascontiguousarray(colour), depth, out, mean_depth=mean)
+    same(made, out)
+    assert (made != without).any()
+
+
+@check
 def every_method_of_the_list():
     """Each renders what the filter makes."""
     scene, data = start()

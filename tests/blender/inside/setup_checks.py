@@ -612,7 +612,7 @@ def counting():
     places = {
         "filter": (views, "process"),
         "build": (engine.rackfocus, "Filter"),
-        "read": (addon("exr"), "read_exr"),
+        "read": (addon("exr"), "read_parts"),
         "save": (passes, "MultilayerExr"),
     }
     kept = {what: getattr(owner, name) for what, (owner, name) in places.items()}
