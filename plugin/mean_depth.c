@@ -17,7 +17,7 @@ static void pack(const struct rf_image *image, float *to)
 }
 
 /* The means in `out`, by three planes of memory. */
-static bool make(const struct rf_filter *filter, const struct rf_image *rays,
+static bool make(const struct plugin_filter *self, const struct rf_image *rays,
                  const struct rf_image *depth, const struct rf_image *out,
                  struct rf_view *view, float *memory)
 {
@@ -27,8 +27,8 @@ static bool make(const struct rf_filter *filter, const struct rf_image *rays,
     pack(rays, mean);
     pack(depth, planar);
     view->depth = rf_image_packed(planar, width, height, 1);
-    const bool is_made =
-        planar_means_make(rf_filter_lens(filter), view, mean, memory + 2 * n);
+    const bool is_made = planar_means_make(
+        rf_filter_lens(self->filter), self->pixel_aspect, view, mean, memory + 2 * n);
     for (int y = 0; y < height; y++)
         for (int x = 0; x < width; x++)
             *sample_at(out, x, y) = *mean++;
@@ -74,8 +74,8 @@ PyObject *plugin_filter_mean_depth(PyObject *object, PyObject *args, PyObject *k
         bool is_made = false;
         Py_BEGIN_ALLOW_THREADS;
         if (memory)
-            is_made = make(self->filter, &images[0].image, &images[1].image,
-                           &images[2].image, &view, memory);
+            is_made = make(self, &images[0].image, &images[1].image, &images[2].image,
+                           &view, memory);
         Py_END_ALLOW_THREADS;
         answer = memory ? PyBool_FromLong(is_made) : PyErr_NoMemory();
         PyMem_Free(memory);

@@ -438,7 +438,8 @@ static int read_mean_depths(struct run *run)
     for (int i = 0; i < filter_n_views(run); i++) {
         const struct source *source =
             run->has_views ? &run->views.sources[i] : &run->source;
-        if (!mean_depth_read(source, rf_filter_lens(run->filter), run->n_threads,
+        if (!mean_depth_read(source, rf_filter_lens(run->filter),
+                             run->params.pixel_aspect, run->n_threads,
                              run->has_views ? &run->views.views[i] : &alone,
                              run->error))
             return fail_image(run);

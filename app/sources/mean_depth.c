@@ -24,7 +24,8 @@ bool mean_depth_is_there(const struct source *source)
 }
 
 bool mean_depth_read(const struct source *source, const struct rf_lens *lens,
-                     int n_threads, struct rf_view *view, struct image_error *error)
+                     double pixel_aspect, int n_threads, struct rf_view *view,
+                     struct image_error *error)
 {
     const size_t n = (size_t)source->width * (size_t)source->height;
     int channel = find_channel(source);
@@ -34,7 +35,7 @@ bool mean_depth_read(const struct source *source, const struct rf_lens *lens,
     float *scratch = mean ? app_memory(n, sizeof(float), error) : NULL;
     bool is_read =
         scratch && image_read(source->colour, &channel, 1, mean, n_threads, error);
-    if (is_read && planar_means_make(lens, view, mean, scratch))
+    if (is_read && planar_means_make(lens, pixel_aspect, view, mean, scratch))
         view->mean_depth = rf_image_packed(mean, source->width, source->height, 1);
     else
         free(mean);

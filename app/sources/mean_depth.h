@@ -18,6 +18,7 @@ bool mean_depth_is_there(const struct source *source);
  * such layer, or one of something else. False on failure.
  */
 bool mean_depth_read(const struct source *source, const struct rf_lens *lens,
-                     int n_threads, struct rf_view *view, struct image_error *error);
+                     double pixel_aspect, int n_threads, struct rf_view *view,
+                     struct image_error *error);
 
 #endif

@@ -6,7 +6,7 @@
  * mirrors and glass the length of the next ray is added: there and around it the mean is
  * not known.
  *
- * Worth with 8 views and the denoiser 0.9 dB on cut-out leaves, with one view 0.1 to 0.4
+ * Worth with 8 views and the denoiser 0.8 dB on cut-out leaves, with one view 0.1 to 0.3
  * (docs/notebook/views.md).
  */
 #include "sources/planar_means.h"
@@ -22,14 +22,14 @@ static const float FITS = 0.02f;
  * fur less than 0.3. */
 static const float LEAST_FITTING = 0.1f;
 static const float NEARER = 0.8f; /* than the median distance; both sides have to fit */
-static const float LEAST_MEAN =
-    0.5f;                   /* of a sample: where less was hit sky takes part */
+/* Of a sample: where the mean is less, sky takes part. */
+static const float LEAST_MEAN = 0.5f;
 enum { AROUND = 2 };        /* px around a mean that does not fit */
 enum { N_ASKED = 1 << 16 }; /* pixels for quantiles, of large pictures */
 
 /* By which lengths along the rays are multiplied for planar distances. */
-static float cosine_at(const struct rf_lens *lens, const struct rf_view *view, int x,
-                       int y)
+static float cosine_at(const struct rf_lens *lens, double pixel_aspect,
+                       const struct rf_view *view, int x, int y)
 {
     if (lens->projection != RF_PROJECTION_PERSPECTIVE)
         return 1;
@@ -39,7 +39,7 @@ static float cosine_at(const struct rf_lens *lens, const struct rf_view *view, i
         v = view->lens_offset[1] / view->shear_distance;
     }
     double dx = (x + 0.5 - lens->principal_px[0]) / f - u;
-    double dy = (y + 0.5 - lens->principal_px[1]) / f + v;
+    double dy = (y + 0.5 - lens->principal_px[1]) / (f * pixel_aspect) + v;
     return (float)(1 / sqrt(1 + dx * dx + dy * dy));
 }
 
@@ -130,15 +130,16 @@ static void forget_around(float *mean, int width, int height, int x, int y)
                 mean[(size_t)j * (size_t)width + (size_t)i] = NAN;
 }
 
-bool planar_means_make(const struct rf_lens *lens, const struct rf_view *view,
-                       float *mean, float *scratch)
+bool planar_means_make(const struct rf_lens *lens, double pixel_aspect,
+                       const struct rf_view *view, float *mean, float *scratch)
 {
     const int width = view->depth.width, height = view->depth.height;
     const float *depth = view->depth.data;
     const size_t n = (size_t)width * (size_t)height;
     for (int y = 0; y < height; y++)
         for (int x = 0; x < width; x++)
-            mean[(size_t)y * (size_t)width + (size_t)x] *= cosine_at(lens, view, x, y);
+            mean[(size_t)y * (size_t)width + (size_t)x] *=
+                cosine_at(lens, pixel_aspect, view, x, y);
     float distance, missing;
     find_usual(depth, mean, n, scratch, &distance, &missing);
     if (!add_missing(depth, mean, n, distance, missing))

@@ -10,14 +10,16 @@ LENS = {"focus_distance": 4, "lens_radius": 0.1, "focal_length_px": FOCAL_PX}
 EDGE, SHARE = 30, 0.3  # column of mixed pixels, and how much of them is near
 
 
-def frame(offset=(0, 0), shear=0):
+def frame(offset=(0, 0), shear=0, aspect=1):
     """Colours, depths, mean distances and mean lengths of rays of a near half."""
     y, x = np.mgrid[0:HEIGHT, 0:WIDTH] + 0.5
     near = np.where(x < EDGE, 1, np.where(x < EDGE + 1, SHARE, 0))
     grey = near * 0.4 + (1 - near) * (0.5 + 0.3 * np.sin(y))
     mean = near * 2 + (1 - near) * 4
     u, v = (part / shear if shear else 0 for part in offset)
-    across = np.hypot((x - WIDTH / 2) / FOCAL_PX - u, (y - HEIGHT / 2) / FOCAL_PX + v)
+    across = np.hypot(
+        (x - WIDTH / 2) / FOCAL_PX - u, (y - HEIGHT / 2) / (FOCAL_PX * aspect) + v
+    )
     rays = (mean - CLIP) * np.sqrt(1 + across**2)
     depth = np.where(near > 0.5, 2, 4)
     planes = np.stack([grey] * 3, -1), depth, mean, rays
@@ -30,10 +32,12 @@ def filtered(made, colour, depth, **more):
     return out
 
 
-@pytest.mark.parametrize("offset, shear", [((0, 0), 0), ((0.4, -0.3), 2.0)])
-def test_planar_means_of_rays(offset, shear):
-    _, depth, mean, rays = frame(offset, shear)
-    made = rackfocus.Filter(WIDTH, HEIGHT, **LENS)
+@pytest.mark.parametrize(
+    "offset, shear, aspect", [((0, 0), 0, 1), ((0.4, -0.3), 2.0, 1), ((0, 0), 0, 0.5)]
+)
+def test_planar_means_of_rays(offset, shear, aspect):
+    _, depth, mean, rays = frame(offset, shear, aspect)
+    made = rackfocus.Filter(WIDTH, HEIGHT, **LENS, pixel_aspect=aspect)
     wide = np.zeros((HEIGHT, 2 * WIDTH), "f4")
     out = wide[:, ::2]  # any strides
     assert made.mean_depth(rays[::-1][::-1], depth, out, offset, shear)
