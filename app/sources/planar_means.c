@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
  * Cycles adds up the lengths of all camera rays of a pixel, from the camera's near clip
- * on, 0 for those that hit nothing. On the way to a planar mean: the cosine of the ray,
+ * on, 0 for those that hit nothing, from 5.2 on FLT_MAX / 4. On the way to a planar mean: the cosine of the ray,
  * and the near clip, which is what is missing where a pixel shows one surface. After
  * mirrors and glass the length of the next ray is added: there and around it the mean is
  * not known.
@@ -11,6 +11,7 @@
  */
 #include "sources/planar_means.h"
 
+#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -24,8 +25,11 @@ static const float LEAST_FITTING = 0.1f;
 static const float NEARER = 0.8f; /* than the median distance; both sides have to fit */
 /* Of a sample: where the mean is less, sky takes part. */
 static const float LEAST_MEAN = 0.5f;
-enum { AROUND = 2 };        /* px around a mean that does not fit */
-enum { N_ASKED = 1 << 16 }; /* pixels for quantiles, of large pictures */
+static const float NO_HIT = FLT_MAX / 4; /* of a ray */
+static const float HAS_NO_HIT = 1e30f;   /* a mean with some of those */
+static const float SKY = 1e9f;           /* Blender's depth of it is 1e10 */
+enum { AROUND = 2 };                     /* px around a mean that does not fit */
+enum { N_ASKED = 1 << 16 };              /* pixels for quantiles, of large pictures */
 
 /* By which lengths along the rays are multiplied for planar distances. */
 static float cosine_at(const struct rf_lens *lens, double pixel_aspect,
@@ -95,7 +99,8 @@ static bool add_missing(const float *depth, float *mean, size_t n, float distanc
     size_t n_fitting[2] = {0}, n_known[2] = {0};
     for (size_t i = 0; i < n; i++) {
         if (!is_known(depth[i], mean[i])) {
-            mean[i] += depth[i] > mean[i] ? missing * (mean[i] / depth[i]) : 0;
+            const bool has_sky = !signbit(mean[i]) && depth[i] > mean[i];
+            mean[i] += has_sky ? missing * (mean[i] / depth[i]) : 0;
             continue;
         }
         mean[i] += missing;
@@ -107,18 +112,34 @@ static bool add_missing(const float *depth, float *mean, size_t n, float distanc
            (float)n_fitting[1] >= LEAST_FITTING * (float)n_known[1];
 }
 
-/* Do the pixels around one show one surface, and is its mean beyond that? */
-static bool is_strange(const float *depth, const float *mean, int width, int height,
-                       int x, int y)
+/* Do the 3 x 3 pixels around one show one surface? */
+static bool is_even(const float *depth, int width, int height, int x, int y)
 {
     const float z = depth[(size_t)y * (size_t)width + (size_t)x];
-    if (!(mean[(size_t)y * (size_t)width + (size_t)x] > (1 + FITS) * z))
-        return false;
     for (int j = y > 0 ? y - 1 : y; j <= y + 1 && j < height; j++)
         for (int i = x > 0 ? x - 1 : x; i <= x + 1 && i < width; i++)
             if (!(fabsf(depth[(size_t)j * (size_t)width + (size_t)i] - z) < FITS * z))
                 return false;
-    return true;
+    return z < SKY;
+}
+
+/* Is a pixel amid one surface, and its mean beyond that? Its rays went on. */
+static bool is_strange(const float *depth, const float *mean, int width, int height,
+                       int x, int y)
+{
+    const size_t i = (size_t)y * (size_t)width + (size_t)x;
+    return (signbit(mean[i]) || mean[i] > (1 + FITS) * depth[i]) &&
+           is_even(depth, width, height, x, y);
+}
+
+/* The nearest of the pixels around one. */
+static float nearest_of(const float *depth, int width, int height, int x, int y)
+{
+    float nearest = INFINITY;
+    for (int j = y > 0 ? y - 1 : y; j <= y + 1 && j < height; j++)
+        for (int i = x > 0 ? x - 1 : x; i <= x + 1 && i < width; i++)
+            nearest = fminf(nearest, depth[(size_t)j * (size_t)width + (size_t)i]);
+    return nearest;
 }
 
 /* Takes the means around a pixel away. */
@@ -130,16 +151,35 @@ static void forget_around(float *mean, int width, int height, int x, int y)
                 mean[(size_t)j * (size_t)width + (size_t)i] = NAN;
 }
 
+/*
+ * Rays that hit nothing count as 0: of the mean only their share is left, by which the
+ * nearest surface around is multiplied. Such means become negative, till all are planar.
+ */
+static void undo_no_hit(const float *depth, float *mean, int width, int height)
+{
+    for (int y = 0; y < height; y++)
+        for (int x = 0; x < width; x++) {
+            float *at = &mean[(size_t)y * (size_t)width + (size_t)x];
+            if (!(*at > HAS_NO_HIT))
+                continue;
+            const float share = fmaxf(0, 1 - *at / NO_HIT);
+            const float nearest = nearest_of(depth, width, height, x, y);
+            *at = share > 0 ? (nearest < SKY ? -share * nearest : NAN) : -0.0f;
+        }
+}
+
 bool planar_means_make(const struct rf_lens *lens, double pixel_aspect,
                        const struct rf_view *view, float *mean, float *scratch)
 {
     const int width = view->depth.width, height = view->depth.height;
     const float *depth = view->depth.data;
     const size_t n = (size_t)width * (size_t)height;
+    undo_no_hit(depth, mean, width, height);
     for (int y = 0; y < height; y++)
-        for (int x = 0; x < width; x++)
-            mean[(size_t)y * (size_t)width + (size_t)x] *=
-                cosine_at(lens, pixel_aspect, view, x, y);
+        for (int x = 0; x < width; x++) {
+            float *at = &mean[(size_t)y * (size_t)width + (size_t)x];
+            *at *= signbit(*at) ? 1 : cosine_at(lens, pixel_aspect, view, x, y);
+        }
     float distance, missing;
     find_usual(depth, mean, n, scratch, &distance, &missing);
     if (!add_missing(depth, mean, n, distance, missing))
@@ -149,5 +189,7 @@ bool planar_means_make(const struct rf_lens *lens, double pixel_aspect,
         for (int x = 0; x < width; x++)
             if (is_strange(depth, scratch, width, height, x, y))
                 forget_around(mean, width, height, x, y);
+    for (size_t i = 0; i < n; i++)
+        mean[i] = fabsf(mean[i]);
     return true;
 }

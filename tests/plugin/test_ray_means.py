@@ -45,6 +45,34 @@ def test_planar_means_of_rays(offset, shear, aspect):
     assert (wide[:, 1::2] == 0).all()
 
 
+@pytest.mark.parametrize("no_hit", [0, np.finfo("f4").max / 4])  # Blender's from 5.2 on
+@pytest.mark.parametrize("is_near", [True, False])
+def test_rays_that_hit_nothing(no_hit, is_near):
+    """The near half before a sky, whatever such rays count and the depth sample hit."""
+    _, depth, mean, rays = frame()
+    mixed = np.s_[:, EDGE]
+    depth[:, EDGE:] = 1e10
+    depth[mixed] = 2 if is_near else 1e10
+    rays[:, EDGE:] = no_hit
+    rays[mixed] = SHARE * rays[:, EDGE - 1] + np.float32((1 - SHARE) * no_hit)
+    made = rackfocus.Filter(WIDTH, HEIGHT, **LENS)
+    out = np.empty_like(depth)
+    assert made.mean_depth(rays, depth, out)
+    assert np.allclose(out[:, :EDGE], 2, rtol=1e-4)
+    assert (out[:, EDGE + 1 :] == 0).all()
+    assert np.allclose(out[mixed], SHARE * 2, rtol=0.06)  # the near clip is not known
+
+
+def test_reflected_rays_that_hit_nothing_are_not_believed():
+    _, depth, mean, rays = frame()
+    rays[10:20, 5:15] = 0.5 * np.finfo("f4").max / 4
+    made = rackfocus.Filter(WIDTH, HEIGHT, **LENS)
+    out = np.empty_like(depth)
+    assert made.mean_depth(rays, depth, out)
+    assert np.isnan(out[8:22, 3:17]).all()
+    assert np.allclose(out[24:], mean[24:], rtol=1e-4)
+
+
 def test_rays_of_something_else_are_of_no_use():
     _, depth, _, rays = frame()
     made = rackfocus.Filter(WIDTH, HEIGHT, **LENS)
