@@ -29,7 +29,7 @@ static const float NO_HIT = FLT_MAX / 4; /* of a ray */
 static const float HAS_NO_HIT = 1e30f;   /* a mean with some of those */
 static const float SKY = 1e9f;           /* Blender's depth of it is 1e10 */
 enum { AROUND = 2 };                     /* px around a mean that does not fit */
-enum { N_ASKED = 1 << 16 };              /* pixels for quantiles, of large pictures */
+enum { N_ASKED = 1 << 14 };              /* pixels for quantiles, of large pictures */
 
 /* By which lengths along the rays are multiplied for planar distances. */
 static float cosine_at(const struct rf_lens *lens, double pixel_aspect,
