@@ -8,6 +8,7 @@
 #include "common/report.h"
 #include "pixels/input_read.h"
 #include "pixels/maps.h"
+#include "pixels/means.h"
 #include "pixels/shrink.h"
 #include "sources/depth_repair.h"
 #include "sources/picture.h"
@@ -222,6 +223,19 @@ static bool run(struct document *document, const struct rf_params *params,
     return result == RF_OK || set_error(error, "%s", core_error.message);
 }
 
+static bool run_best(struct document *document, const struct rf_progress *progress,
+                     struct image_error *error)
+{
+    struct means means;
+    struct rf_error core_error;
+    if (means_open(&means, document->input, &document->params, &core_error) != RF_OK)
+        return set_error(error, "%s", core_error.message);
+    const bool is_good =
+        run(document, &document->params, means.views, means.n, progress, error);
+    means_close(&means);
+    return is_good;
+}
+
 static bool run_quickly(struct document *document, int times, struct image_error *error)
 {
     const struct input *input = document->input;
@@ -250,8 +264,7 @@ bool document_render(struct document *document, bool is_best, int times,
     if (!document_resolve(document, error) ||
         !make_room(document, is_best ? 1 : times, error))
         return false;
-    return is_best ? run(document, &document->params, document->input->views,
-                         document->input->n_views, progress, error)
+    return is_best ? run_best(document, progress, error)
                    : run_quickly(document, times, error);
 }
 

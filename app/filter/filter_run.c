@@ -417,15 +417,25 @@ static int read_pixels(struct run *run)
     return os_is_interrupted() ? APP_INTERRUPTED : filter_repair_depth(run);
 }
 
-/* Mean distances, where the files have some and the method asks for them. */
+/* The mean distances of a view. */
+static bool read_mean_depth(const struct run *run, const struct source *source,
+                            struct rf_view *view)
+{
+    float *rays;
+    const bool is_read =
+        mean_depth_read_rays(source, run->n_threads, &rays, run->error) &&
+        (!rays || mean_depth_make(rf_filter_lens(run->filter), run->params.pixel_aspect,
+                                  rays, view, run->error));
+    free(rays);
+    return is_read;
+}
+
+/* Mean distances, where the files have some and the picture is made with them. */
 static int read_mean_depths(struct run *run)
 {
     struct rf_view alone = {
         .depth = rf_image_packed(run->depth, run->source.width, run->source.height, 1)};
-    const struct rf_method_info *method = rf_method_find(run->params.method);
-    const bool is_read = method->has_layers && run->params.split_edges &&
-                         run->params.depth == RF_DEPTH_PLANAR && !run->is_deep;
-    if (!is_read)
+    if (run->is_deep || !mean_depth_is_used(&run->params))
         return APP_DONE;
     if (run->windows)
         return mean_depth_is_there(&run->source)
@@ -435,15 +445,11 @@ static int read_mean_depths(struct run *run)
                               "it out",
                               image_path(run->source.colour))
                    : APP_DONE;
-    for (int i = 0; i < filter_n_views(run); i++) {
-        const struct source *source =
-            run->has_views ? &run->views.sources[i] : &run->source;
-        if (!mean_depth_read(source, rf_filter_lens(run->filter),
-                             run->params.pixel_aspect, run->n_threads,
-                             run->has_views ? &run->views.views[i] : &alone,
-                             run->error))
+    for (int i = 0; i < filter_n_views(run); i++)
+        if (!read_mean_depth(run,
+                             run->has_views ? &run->views.sources[i] : &run->source,
+                             run->has_views ? &run->views.views[i] : &alone))
             return fail_image(run);
-    }
     run->mean_depth = alone.mean_depth;
     return APP_DONE;
 }

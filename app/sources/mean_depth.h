@@ -8,17 +8,23 @@
 #include "rackfocus/rackfocus.h"
 #include "sources/source.h"
 
-/* Has a source a layer of mean distances? */
+/* Is a picture with these parameters made with them? */
+bool mean_depth_is_used(const struct rf_params *params);
+
+/* Has a source a layer of mean lengths of rays, Blender's Denoising Depth? */
 bool mean_depth_is_there(const struct source *source);
 
+/* Reads that layer, packed; *rays, of malloc(), is NULL where there is none. False on
+ * failure. */
+bool mean_depth_read_rays(const struct source *source, int n_threads, float **rays,
+                          struct image_error *error);
+
 /*
- * Reads Blender's Denoising Depth of a view, the mean along the rays from where the
- * camera begins to see, as planar distances; view->mean_depth is packed and of malloc().
- * Its `depth` has been read, as planar distances. It stays empty where the file has no
- * such layer, or one of something else. False on failure.
+ * Makes view->mean_depth, packed and of malloc(), of mean lengths of rays. Its `depth`
+ * has been read, as planar distances. It stays empty where the lengths are of something
+ * else. False without memory.
  */
-bool mean_depth_read(const struct source *source, const struct rf_lens *lens,
-                     double pixel_aspect, int n_threads, struct rf_view *view,
-                     struct image_error *error);
+bool mean_depth_make(const struct rf_lens *lens, double pixel_aspect, const float *rays,
+                     struct rf_view *view, struct image_error *error);
 
 #endif

@@ -13,6 +13,7 @@ import tarfile
 import threading
 import time
 
+import mixed_pixels
 import numpy
 import OpenImageIO as oiio
 import pytest
@@ -385,42 +386,60 @@ def list_methods(binary):
     return [method["name"] for method in json.loads(made.stdout)]
 
 
+def write_mixed_pixels(path):
+    """A file with the mean rays of its pixels, as Blender's has them."""
+    channels, ray = mixed_pixels.passes()
+    channels["Denoising Depth.Z"] = ray
+    height, width = ray.shape
+    spec = oiio.ImageSpec(width, height, len(channels), "float")
+    spec.channelnames = tuple(channels)
+    picture = oiio.ImageOutput.create(str(path))
+    assert picture.open(str(path), spec), picture.geterror()
+    assert picture.write_image(numpy.dstack(list(channels.values())))
+    picture.close()
+    return path
+
+
 def test_every_method_has_the_same_bits(site, binary, tmp_path):
     methods = list_methods(binary)
     lens = {"focusDistance": 1.6, "blades": 5}
-    inputs = {
-        m: sorted(REFERENCES.glob("posts_view*.exr"))
-        if m in ("views", "accumulate")
-        else [REFERENCES / "posts_pinhole.exr"]
+    cases = {
+        m: (
+            m,
+            sorted(REFERENCES.glob("posts_view*.exr"))
+            if m in ("views", "accumulate")
+            else [REFERENCES / "posts_pinhole.exr"],
+        )
         for m in methods
     }
+    cases["rays"] = "layered", [write_mixed_pixels(tmp_path / "rays_in.exr")]
+    given = {case: (m, [str(p) for p in paths]) for case, (m, paths) in cases.items()}
     run_node(
         f"""import {{ Document }} from "{site}/core/document.js";
         import {{ readFileSync, writeFileSync }} from "node:fs";
-        const inputs = {json.dumps({m: [str(p) for p in inputs[m]] for m in methods})};
-        for (const [method, paths] of Object.entries(inputs)) {{
+        for (const [name, [method, paths]] of Object.entries({json.dumps(given)})) {{
           const files = paths.map((path) => ({{ name: path.split("/").pop(),
                                                bytes: new Uint8Array(readFileSync(path)) }}));
           const picture = await Document.open(files);
           picture.set({{ ...{json.dumps(lens)}, method }});
           picture.render();
-          writeFileSync(`${{method}}.raw`, picture.pixels().data);
+          writeFileSync(`${{name}}.raw`, picture.pixels().data);
           picture.close();
         }}""",
         tmp_path,
     )
-    for method in methods:
-        output = tmp_path / f"{method}.exr"
+    for name, (method, paths) in cases.items():
+        output = tmp_path / f"{name}.exr"
         options = ["--focus-distance", "1.6", "--blades", "5", "--method", method]
         subprocess.run(
-            [binary, "filter", "-q", *inputs[method], "-o", output, *options],
+            [binary, "filter", "-q", *paths, "-o", output, *options],
             check=True,
         )
         native = pixels(output)
-        made = numpy.fromfile(tmp_path / f"{method}.raw", numpy.float32)
+        made = numpy.fromfile(tmp_path / f"{name}.raw", numpy.float32)
         if pixels_are_half(output):
             made = made.astype(numpy.float16).astype(numpy.float32)
-        assert numpy.array_equal(made.reshape(native.shape), native), method
+        assert numpy.array_equal(made.reshape(native.shape), native), name
 
 
 def test_lamps_are_told_by_the_white_of_the_picture(site, binary, tmp_path):

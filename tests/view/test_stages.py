@@ -6,6 +6,7 @@ import shlex
 import subprocess
 import sys
 
+import mixed_pixels
 import numpy
 import plainexr
 import pytest
@@ -245,6 +246,21 @@ def test_a_scene_with_an_error(view, tmp_path):
     window = view(scene)
     assert window.process.wait(timeout=90) == 1
     assert "broken.pov" in window.printed()
+
+
+def test_mean_rays_are_read_as_the_command_does(view, rackfocus, tmp_path):
+    channels, ray = mixed_pixels.passes()
+    path = plainexr.write(tmp_path / "in.exr", channels | {"Denoising Depth.Z": ray})
+    lens = [*mixed_pixels.LENS, "--focal-length-px", mixed_pixels.FOCAL_PX]
+    window = view(path, *lens)
+    window.wait_open()
+    out = tmp_path / "out.png"
+    rackfocus("filter", path, "-o", out, *lens)
+    seen = read_png(out)
+    assert window.sees(seen)
+    plainexr.write(path, channels)
+    rackfocus("filter", path, "-o", out, *lens)
+    assert (read_png(out) != seen).any()
 
 
 def test_deep_samples_are_filtered_as_the_command_does(view, rackfocus, tmp_path):

@@ -9,6 +9,7 @@
 #include "clock.h"
 #include "common/report.h"
 #include "pixels/lamps.h"
+#include "pixels/means.h"
 #include "pixels/shrink.h"
 #include "sources/deep.h"
 #include "filtering/quick.h"
@@ -301,14 +302,20 @@ static rf_result best_one(struct worker *w, const struct job *job, float *pixels
     const struct rf_image out =
         rf_image_packed(pixels, input->width, input->height, input->n_channels);
     double unused_ms;
+    struct means means;
+    rf_result result = means_open(&means, input, &job->params, error);
+    if (result != RF_OK)
+        return result;
     const struct filtering filtering = {.params = &job->params,
                                         .light = job->light,
-                                        .views = input->views,
-                                        .n_views = input->n_views,
+                                        .views = means.views,
+                                        .n_views = means.n,
                                         .deep = input->deep,
                                         .out = &out,
                                         .progress = &progress};
-    return run_filter(w, &filtering, &unused_ms, error);
+    result = run_filter(w, &filtering, &unused_ms, error);
+    means_close(&means);
+    return result;
 }
 
 /* The others of a stack, put over what is in `pixels` or joined with it; previews where

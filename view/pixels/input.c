@@ -18,9 +18,11 @@ struct input *input_create(int32_t width, int32_t height, int n_channels, int n_
 {
     struct input *input = app_memory(1, sizeof(*input), NULL);
     struct rf_view *views = app_memory((size_t)n_views, sizeof(*views), NULL);
-    if (!input || !views) {
+    float **rays = app_memory((size_t)n_views, sizeof(*rays), NULL);
+    if (!input || !views || !rays) {
         free(input);
         free(views);
+        free(rays);
         return NULL;
     }
     *input = (struct input){.n_holders = 1,
@@ -29,6 +31,7 @@ struct input *input_create(int32_t width, int32_t height, int n_channels, int n_
                             .n_channels = n_channels,
                             .n_views = n_views};
     input->views = views;
+    input->rays = rays;
     return input;
 }
 
@@ -45,11 +48,13 @@ void input_drop(struct input *input)
     for (int i = 0; i < input->n_views; i++) {
         free(input->views[i].colour.data);
         free(input->views[i].depth.data);
+        free(input->rays[i]);
         if (input->view_planar)
             free(input->view_planar[i]);
     }
     free(input->view_planar);
     free(input->views);
+    free(input->rays);
     for (int i = 0; i < input->n_others; i++)
         input_drop(input->others[i]);
     if (input->deep)

@@ -20,6 +20,8 @@ struct input {
     struct deep_frame
         *deep;             /* of a deep file, whose flat picture is views[0]; or NULL */
     struct rf_view *views; /* as the files have them; their memory belongs to this */
+    float **
+        rays; /* mean lengths of each view's rays (mean_depth.h), or NULL; theirs too */
     struct input *others[STACK_MOST]; /* of a stack; belong to this */
     int n_others;
     /* Read back from a frame buffer, rows from the bottom; NULL where there is none.

@@ -5,6 +5,7 @@
 
 #include "common/report.h"
 #include "sources/deep.h"
+#include "sources/mean_depth.h"
 
 struct input *input_read(const struct source *source, int n_threads,
                          struct image_error *error)
@@ -24,7 +25,10 @@ struct input *input_read(const struct source *source, int n_threads,
     input->views[0] = (struct rf_view){
         .colour = rf_image_packed(colour, width, height, source->n_channels),
         .depth = rf_image_packed(depth, width, height, 1)};
-    return input;
+    if (mean_depth_read_rays(source, n_threads, &input->rays[0], error))
+        return input;
+    input_drop(input);
+    return NULL;
 }
 
 static rf_result flatten(const struct input *input, const struct source *source,
@@ -93,10 +97,16 @@ struct input *input_read_views(const struct source *first, const struct view_lis
         if (!input)
             set_error(error, "out of memory");
     }
+    bool is_read = input;
     for (int i = 0; input && i < views.n; i++) {
         input->views[i] = views.views[i];
         views.views[i].colour.data = views.views[i].depth.data = NULL;
+        is_read = is_read && mean_depth_read_rays(&views.sources[i], n_threads,
+                                                  &input->rays[i], error);
     }
     views_free(&views);
-    return input;
+    if (is_read)
+        return input;
+    input_drop(input);
+    return NULL;
 }
