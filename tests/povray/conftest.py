@@ -12,6 +12,16 @@ import pytest
 HERE = pathlib.Path(__file__).parent
 SCENES = HERE / "scenes"
 EXAMPLES = pathlib.Path("/usr/share/doc/povray/examples")
+
+#: A ball on a ground; the clock moves the camera towards it.
+SCENE = """#version 3.7;
+global_settings { assumed_gamma 1.0 }
+camera { location <0, 1, -5 + clock> look_at <0, 1, 0> right x*image_width/image_height
+         aperture 0.6 focal_point <0, 1, 0> }
+sphere { <0, 1, 0>, 1 pigment { checker rgb 1 rgb 0.2 scale 0.2 } }
+plane { y, 0 pigment { checker rgb 0.9 rgb 0.3 } }
+light_source { <3, 9, -7> rgb 1 }
+"""
 SIZE = ["+W160", "+H120"]
 
 
