@@ -276,8 +276,8 @@ static void what_is_beside_a_wire_is_not_the_wire(void)
 }
 
 /* Share of the near half in the pixels of its edge, of whose colours it seems to have
- * 0.75; their mean distance is `mean`. */
-static float measured_share(double near_z, double far_z, float mean)
+ * 0.75; their mean distance is `mean`, their sample `own_z`. */
+static float measured_share(double near_z, double far_z, double own_z, float mean)
 {
     enum { WIDTH = 16, EDGE = 8 };
     static float z[N];
@@ -289,13 +289,16 @@ static float measured_share(double near_z, double far_z, float mean)
     CHECK(rf_lens_init(&lens, &params, WIDTH, MOST_H, NULL) == RF_OK);
     const float near_r = (float)rf_lens_radius_px(&lens, near_z);
     const float far_r = (float)rf_lens_radius_px(&lens, far_z);
+    const float own_r = (float)rf_lens_radius_px(&lens, own_z);
     for (int i = 0; i < WIDTH * MOST_H; i++) {
         int x = i % WIDTH;
         put(WIDTH, x, i / WIDTH,
             x < EDGE    ? 0.4f
             : x == EDGE ? 0.5f
                         : 0.8f,
-            x < EDGE ? near_r : far_r);
+            x < EDGE    ? near_r
+            : x == EDGE ? own_r
+                        : far_r);
         z[i] = x == EDGE ? mean : (float)(x < EDGE ? near_z : far_z);
     }
     means = z;
@@ -307,19 +310,20 @@ static float measured_share(double near_z, double far_z, float mean)
 static void mean_distances_tell_shares(void)
 {
     is_alone = true;
-    CHECK_NEAR(measured_share(2, 8, NAN), 0.75f, 1e-4);
-    CHECK_NEAR(measured_share(2, 8, 0.3f * 2 + 0.7f * 8), 0.3f, 1e-4);
-    CHECK_NEAR(measured_share(2, INFINITY, 0.3f * 2), 0.3f, 1e-4);
-    CHECK(measured_share(2, 8, 7.99f) == 1);              /* of the far side alone */
-    CHECK_NEAR(measured_share(2, 8, 20), 0.75f, 1e-4);    /* beyond both */
-    CHECK_NEAR(measured_share(8, 8.01, 8.004f), 1, 1e-4); /* one surface */
+    CHECK_NEAR(measured_share(2, 8, 8, NAN), 0.75f, 1e-4);
+    CHECK_NEAR(measured_share(2, 8, 8, 0.3f * 2 + 0.7f * 8), 0.3f, 1e-4);
+    CHECK_NEAR(measured_share(2, 8, 9, 0.3f * 2 + 0.7f * 9), 0.3f, 1e-4); /* slanted */
+    CHECK_NEAR(measured_share(2, INFINITY, INFINITY, 0.3f * 2), 0.3f, 1e-4);
+    CHECK(measured_share(2, 8, 8, 7.99f) == 1);           /* of the far side alone */
+    CHECK_NEAR(measured_share(2, 8, 8, 20), 0.75f, 1e-4); /* beyond both */
+    CHECK_NEAR(measured_share(8, 8.01, 8.01, 8.004f), 1, 1e-4); /* one surface */
 }
 
 static void so_they_do_without_perspective(void)
 {
     projection = RF_PROJECTION_ORTHOGRAPHIC;
     f_stop = 0.2;
-    CHECK_NEAR(measured_share(2, 8, 0.3f * 2 + 0.7f * 8), 0.3f, 1e-4);
+    CHECK_NEAR(measured_share(2, 8, 8, 0.3f * 2 + 0.7f * 8), 0.3f, 1e-4);
     projection = RF_PROJECTION_PERSPECTIVE;
     f_stop = 0.1;
 }
