@@ -79,7 +79,7 @@ static PyObject *filter_create(PyTypeObject *type, PyObject *args, PyObject *key
         self->size_px[0] = size_px[0];
         self->size_px[1] = size_px[1];
         self->white = (float)white_round(params.white);
-        self->pixel_aspect = params.pixel_aspect;
+        self->params = params;
     }
     if (self && make_filter(state, self, &params, picture) < 0)
         Py_CLEAR(self);

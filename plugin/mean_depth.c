@@ -27,8 +27,8 @@ static bool make(const struct plugin_filter *self, const struct rf_image *rays,
     pack(rays, mean);
     pack(depth, planar);
     view->depth = rf_image_packed(planar, width, height, 1);
-    const bool is_made = planar_means_make(
-        rf_filter_lens(self->filter), self->pixel_aspect, view, mean, memory + 2 * n);
+    const bool is_made = planar_means_make(rf_filter_lens(self->filter), &self->params,
+                                           view, mean, memory + 2 * n);
     for (int y = 0; y < height; y++)
         for (int x = 0; x < width; x++)
             *sample_at(out, x, y) = *mean++;

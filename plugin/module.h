@@ -126,8 +126,8 @@ struct plugin_filter {
     PyObject *context; /* held */
     struct rf_filter *filter;
     int size_px[2];
-    float white;         /* of its parameters, to a power of two */
-    double pixel_aspect; /* likewise */
+    float white; /* of its parameters, to a power of two */
+    struct rf_params params;
 };
 
 /* ---- filter_views.c ------------------------------------------------------------ */

@@ -424,8 +424,8 @@ static bool read_mean_depth(const struct run *run, const struct source *source,
     float *rays;
     const bool is_read =
         mean_depth_read_rays(source, run->n_threads, &rays, run->error) &&
-        (!rays || mean_depth_make(rf_filter_lens(run->filter), run->params.pixel_aspect,
-                                  rays, view, run->error));
+        (!rays || mean_depth_make(rf_filter_lens(run->filter), &run->params, rays, view,
+                                  run->error));
     free(rays);
     return is_read;
 }

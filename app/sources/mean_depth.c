@@ -42,8 +42,8 @@ bool mean_depth_read_rays(const struct source *source, int n_threads, float **ra
     return *rays && image_read(source->colour, &channel, 1, *rays, n_threads, error);
 }
 
-bool mean_depth_make(const struct rf_lens *lens, double pixel_aspect, const float *rays,
-                     struct rf_view *view, struct image_error *error)
+bool mean_depth_make(const struct rf_lens *lens, const struct rf_params *params,
+                     const float *rays, struct rf_view *view, struct image_error *error)
 {
     const int32_t width = view->depth.width, height = view->depth.height;
     const size_t n = (size_t)width * (size_t)height;
@@ -52,7 +52,7 @@ bool mean_depth_make(const struct rf_lens *lens, double pixel_aspect, const floa
     const bool has_room = scratch;
     if (has_room)
         memcpy(mean, rays, n * sizeof(*mean));
-    if (has_room && planar_means_make(lens, pixel_aspect, view, mean, scratch))
+    if (has_room && planar_means_make(lens, params, view, mean, scratch))
         view->mean_depth = rf_image_packed(mean, width, height, 1);
     else
         free(mean);

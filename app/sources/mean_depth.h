@@ -24,7 +24,8 @@ bool mean_depth_read_rays(const struct source *source, int n_threads, float **ra
  * has been read, as planar distances. It stays empty where the lengths are of something
  * else. False without memory.
  */
-bool mean_depth_make(const struct rf_lens *lens, double pixel_aspect, const float *rays,
-                     struct rf_view *view, struct image_error *error);
+bool mean_depth_make(const struct rf_lens *lens, const struct rf_params *params,
+                     const float *rays, struct rf_view *view,
+                     struct image_error *error);
 
 #endif

@@ -32,7 +32,7 @@ enum { AROUND = 2 };                     /* px around a mean that does not fit *
 enum { N_ASKED = 1 << 14 };              /* pixels for quantiles, of large pictures */
 
 /* By which lengths along the rays are multiplied for planar distances. */
-static float cosine_at(const struct rf_lens *lens, double pixel_aspect,
+static float cosine_at(const struct rf_lens *lens, const struct rf_params *params,
                        const struct rf_view *view, int x, int y)
 {
     if (lens->projection != RF_PROJECTION_PERSPECTIVE)
@@ -43,7 +43,7 @@ static float cosine_at(const struct rf_lens *lens, double pixel_aspect,
         v = view->lens_offset[1] / view->shear_distance;
     }
     double dx = (x + 0.5 - lens->principal_px[0]) / f - u;
-    double dy = (y + 0.5 - lens->principal_px[1]) / (f * pixel_aspect) + v;
+    double dy = (y + 0.5 - lens->principal_px[1]) / (f * params->pixel_aspect) + v;
     return (float)(1 / sqrt(1 + dx * dx + dy * dy));
 }
 
@@ -168,7 +168,7 @@ static void undo_no_hit(const float *depth, float *mean, int width, int height)
         }
 }
 
-bool planar_means_make(const struct rf_lens *lens, double pixel_aspect,
+bool planar_means_make(const struct rf_lens *lens, const struct rf_params *params,
                        const struct rf_view *view, float *mean, float *scratch)
 {
     const int width = view->depth.width, height = view->depth.height;
@@ -178,7 +178,7 @@ bool planar_means_make(const struct rf_lens *lens, double pixel_aspect,
     for (int y = 0; y < height; y++)
         for (int x = 0; x < width; x++) {
             float *at = &mean[(size_t)y * (size_t)width + (size_t)x];
-            *at *= signbit(*at) ? 1 : cosine_at(lens, pixel_aspect, view, x, y);
+            *at *= signbit(*at) ? 1 : cosine_at(lens, params, view, x, y);
         }
     float distance, missing;
     find_usual(depth, mean, n, scratch, &distance, &missing);
@@ -190,6 +190,8 @@ bool planar_means_make(const struct rf_lens *lens, double pixel_aspect,
             if (is_strange(depth, scratch, width, height, x, y))
                 forget_around(mean, width, height, x, y);
     for (size_t i = 0; i < n; i++)
-        mean[i] = fabsf(mean[i]);
+        mean[i] = mean[i] == 0 ? 0
+                               : (float)(params->depth_scale * (double)fabsf(mean[i]) +
+                                         params->depth_offset);
     return true;
 }

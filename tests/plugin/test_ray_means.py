@@ -73,6 +73,14 @@ def test_reflected_rays_that_hit_nothing_are_not_believed():
     assert np.allclose(out[24:], mean[24:], rtol=1e-4)
 
 
+def test_the_depth_scale_is_that_of_the_rays():
+    _, depth, mean, rays = frame()
+    made = rackfocus.Filter(WIDTH, HEIGHT, **LENS, depth_scale=0.01, depth_offset=0.5)
+    out = np.empty_like(depth)
+    assert made.mean_depth(100 * rays, 100 * (depth - 0.5), out)
+    assert np.allclose(out, mean, rtol=1e-4)
+
+
 def test_rays_of_something_else_are_of_no_use():
     _, depth, _, rays = frame()
     made = rackfocus.Filter(WIDTH, HEIGHT, **LENS)

@@ -25,8 +25,8 @@ rf_result means_open(struct means *means, const struct input *input,
     memcpy(means->views, input->views, (size_t)means->n * sizeof(*means->views));
     rf_result result = rf_lens_init(&lens, params, input->width, input->height, error);
     for (int i = 0; i < means->n && result == RF_OK && mean_depth_is_used(params); i++)
-        if (input->rays[i] && !mean_depth_make(&lens, params->pixel_aspect,
-                                               input->rays[i], &means->views[i], NULL))
+        if (input->rays[i] &&
+            !mean_depth_make(&lens, params, input->rays[i], &means->views[i], NULL))
             result = fail_memory(error);
     if (result != RF_OK)
         means_close(means);
