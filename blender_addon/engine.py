@@ -459,6 +459,8 @@ class RackFocusEngine(bpy.types.RenderEngine):
         ]
         depth = found[0][0].depth
         params["method"] = views.method_for(params["method"], found)
+        if views.are_clean(found):
+            params.setdefault("sub_apertures", views.DENOISED_SUB_APERTURES)
         if params["method"] != "accumulate":
             self._note(source, fog.why_wrong(found, source))
         started = time.perf_counter()

@@ -51,6 +51,7 @@ from .writing import set_if_other
 METHODS = ("layered", "views", "accumulate")  # those that take several views
 MOST_MERGED = 64
 ENOUGH_SAMPLES = 32  # of a view; docs/measure_view_samples.py has the scores
+DENOISED_SUB_APERTURES = 16  # beside the denoiser they cost next to nothing
 LOUD_COUNT = 16  # more views are a matter of memory
 BYTES_PER_PIXEL = 40  # and view: colour and depth, in Blender and in our hands
 MARK = "rack_focus_view"  # custom property of our cameras
@@ -759,9 +760,14 @@ def process(made, params, found, out, report, lights=None):
         made.process(first.colour, first.depth, out, report, **about)
 
 
+def are_clean(found):
+    """Were the views denoised together, and their grain kept?"""
+    return len(found) > 1 and all(layer.grainy is not None for layer, _ in found)
+
+
 def _merge(made, found, out, report, lights):
     layers = [layer for layer, _ in found]
-    is_clean = not lights and all(layer.grainy is not None for layer in layers)
+    is_clean = not lights and are_clean(found)
     colours = [layer.grainy if is_clean else layer.colour for layer in layers]
     views = [
         rackfocus.View(

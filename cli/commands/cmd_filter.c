@@ -112,7 +112,8 @@ static const struct option options[] = {
     OPTION_FLAG_ROW("denoise", AT(denoise),
                     "Take the grain out with Open Image Denoise, guided by albedo and "
                     "normals where the file has them; several views are denoised "
-                    "before and after they are merged. RACKFOCUS_OIDN names the "
+                    "before and after they are merged. Takes 16 sub-apertures unless "
+                    "--sub-apertures says how many. RACKFOCUS_OIDN names the "
                     "library's folder where the system does not find it."),
     OPTION_DENOISE_QUALITY_ROW(AT(denoise_quality)),
     OPTION_GUIDE_FILE_ROWS(AT(albedo_file), AT(normal_file)),
