@@ -65,33 +65,68 @@ static void set_grid(struct rf_zones *zones)
  */
 static const double ROUNDED_LIGHT = 1e-14;
 
+/*
+ * The point of the whole lens that a zone's point is of. Returns by how much an area
+ * around it is smaller there, as a length.
+ */
+static double lens_point(const struct rf_zone *zone, const double at[2], double u[2])
+{
+    const double *origin = zone->shape->origin;
+    double whole[2] = {at[0] + zone->centroid[0] + origin[0],
+                       at[1] + zone->centroid[1] + origin[1]};
+    if (zone->is_moved)
+        return rf_look_lens_at(&zone->look, zone->q, zone->r, whole, u);
+    memcpy(u, whole, sizeof whole);
+    return 1;
+}
+
+/* The part of the whole lens that a piece is of; returns its size as lens_point(). What
+ * was turned is a square of the same area. */
+static double lens_piece(const struct rf_zone *zone, const struct rf_piece *piece,
+                         double corner[2][2])
+{
+    double middle[2], size = 1;
+    if (!zone->is_moved) {
+        lens_point(zone, piece->from, corner[0]);
+        lens_point(zone, piece->to, corner[1]);
+        return size;
+    }
+    for (int k = 0; k < 2; k++)
+        middle[k] = (piece->from[k] + piece->to[k]) / 2;
+    size = lens_point(zone, (double[2]){middle[0], middle[1]}, middle);
+    for (int k = 0; k < 2; k++) {
+        double half = (piece->to[k] - piece->from[k]) / 2 * size;
+        corner[0][k] = middle[k] - half;
+        corner[1][k] = middle[k] + half;
+    }
+    return size;
+}
+
 double rf_zone_light(const struct rf_zone *zone, const struct rf_bokeh *bokeh,
                      int plane, const struct rf_piece *piece)
 {
-    const struct rf_shape *shape = zone->shape;
-    double at[2][2], longer;
+    double at[2][2], corner[2][2], longer;
     if (!bokeh)
         return (piece->to[0] - piece->from[0]) * (piece->to[1] - piece->from[1]);
     longer = rf_max_int(bokeh->width, bokeh->height) / 2.0;
+    double size = lens_piece(zone, piece, corner);
     for (int i = 0; i < 2; i++) {
-        const double *u = i ? piece->to : piece->from;
-        double beside[2] = {zone->centroid[0] + shape->origin[0],
-                            zone->centroid[1] + shape->origin[1]};
-        at[i][0] = bokeh->width / 2.0 + (u[0] + beside[0]) * shape->ratio * longer;
-        at[i][1] = bokeh->height / 2.0 - (u[1] + beside[1]) * longer;
+        at[i][0] = bokeh->width / 2.0 + corner[i][0] * zone->shape->ratio * longer;
+        at[i][1] = bokeh->height / 2.0 - corner[i][1] * longer;
     }
     double light = rf_bokeh_sum(bokeh, plane, at[1][0], at[0][1]) -
                    rf_bokeh_sum(bokeh, plane, at[0][0], at[0][1]) -
                    rf_bokeh_sum(bokeh, plane, at[1][0], at[1][1]) +
                    rf_bokeh_sum(bokeh, plane, at[0][0], at[1][1]);
-    return light > ROUNDED_LIGHT ? light : 0;
+    return light > ROUNDED_LIGHT ? light / (size * size) : 0;
 }
 
 double rf_zone_height2(const struct rf_zone *zone, const double u[2])
 {
-    double x = (u[0] + zone->centroid[0] + zone->shape->origin[0]) * zone->shape->ratio;
-    double y = u[1] + zone->centroid[1] + zone->shape->origin[1];
-    return x * x + y * y;
+    double at[2];
+    lens_point(zone, u, at);
+    at[0] *= zone->shape->ratio;
+    return at[0] * at[0] + at[1] * at[1];
 }
 
 double rf_zone_weigh(struct rf_zone *zone, const struct rf_bokeh *bokeh, int plane)
@@ -214,4 +249,9 @@ void rf_zone_make(struct rf_zone *zone, struct rf_shape *shape,
     zone->shape = shape;
     rf_shape_variance(shape, zone->variance);
     zone->cells = (struct rf_lens_cells){.n = 1, .share = {1}};
+    zone->is_moved = !rf_look_is_scaled(look);
+    zone->look = *look;
+    zone->q[0] = q[0];
+    zone->q[1] = q[1];
+    zone->r = r;
 }

@@ -18,6 +18,10 @@ struct rf_zone {
     double centroid[2]; /* of the shape, from the middle of the plain one */
     double variance[2]; /* of the shape in u and v, per unit radius */
     struct rf_lens_cells cells;
+    /* Where a look has moved the shape's points by their place: what it was asked for. */
+    bool is_moved;
+    struct rf_look look;
+    double q[2], r;
 };
 
 /*
@@ -84,7 +88,7 @@ double rf_zone_light(const struct rf_zone *zone, const struct rf_bokeh *bokeh,
  */
 double rf_zone_weigh(struct rf_zone *zone, const struct rf_bokeh *bokeh, int plane);
 
-/* |p|^2 of the zone's point u, in the whole lens. */
+/* |p|^2 of the point of the whole lens that the zone's point u is of. */
 double rf_zone_height2(const struct rf_zone *zone, const double u[2]);
 
 void rf_zones_free(struct rf_zones *zones, const struct rf_context *context);

@@ -81,15 +81,14 @@ static bool is_bent(const struct rf_look *look)
     return look->slope[0] != 0 || look->slope[1] != 0 || look->bend != 0;
 }
 
-/* Are footprints the aperture, scaled, but for what is cut out of it? */
-static bool is_scaled(const struct rf_look *look)
+bool rf_look_is_scaled(const struct rf_look *look)
 {
     return look->astigmatism == 0 && look->swirl == 0 && !is_bent(look);
 }
 
 bool rf_look_is_on(const struct rf_look *look)
 {
-    return rf_look_is_dark(look) || !is_scaled(look);
+    return rf_look_is_dark(look) || !rf_look_is_scaled(look);
 }
 
 double rf_look_growth(const struct rf_look *look)
@@ -174,7 +173,7 @@ static double eye_scale(const struct rf_look *look, double r, int axis)
 static void eye_point(const struct rf_look *look, const double q[2], double r,
                       const double rim[2], double out[2])
 {
-    bool is_plain = is_scaled(look);
+    bool is_plain = rf_look_is_scaled(look);
     double to[2] = {q[0], q[1]};
     for (int i = 0; i < (is_plain || r == 0 ? 1 : ROUNDS); i++) {
         if (i > 0)
@@ -228,7 +227,7 @@ static void cut_doors(const struct rf_look *look, const double q[2], double r,
 static void map_corners(const struct rf_look *look, const double q[2], double r,
                         struct rf_shape *shape)
 {
-    if (is_scaled(look))
+    if (rf_look_is_scaled(look))
         return;
     for (int i = 0; i < shape->n_corners; i++) {
         double u[2] = {shape->corner[i][0], shape->corner[i][1]};
@@ -317,7 +316,7 @@ bool rf_look_is_folded(const struct rf_look *look, const struct rf_shape *whole,
                        const double q[2], double r)
 {
     static const double MOST_SLOPE = 0.25; /* from 0.28 on shapes are wrong by 2.2 % */
-    if (is_scaled(look) || r == 0)
+    if (rf_look_is_scaled(look) || r == 0)
         return false;
     double bound = rf_look_bound_px(look, whole, q, r) / look->half_px;
     double away = fmin(rf_length(q[0], q[1]) + bound, 1), wide = lens_reach(whole);
@@ -342,6 +341,23 @@ static void shrink(const struct rf_look *look, const double q[2], const double v
     double across = (q[0] * v[1] - q[1] * v[0]) / (q2 * (1 + look->swirl * q2));
     out[0] = along * q[0] - across * q[1];
     out[1] = along * q[1] + across * q[0];
+}
+
+double rf_look_lens_at(const struct rf_look *look, const double q[2], double r,
+                       const double at[2], double u[2])
+{
+    double to[2], seen[2];
+    for (int k = 0; k < 2; k++)
+        to[k] = q[k] + at[k] * r / look->half_px;
+    clip_place(to, seen);
+    double to_px = radius_to(look, q, r, seen),
+           size = r != 0 && to_px != 0 ? to_px / r : 1;
+    double q2 = seen[0] * seen[0] + seen[1] * seen[1];
+    shrink(look, seen, at, u);
+    for (int k = 0; k < 2; k++)
+        u[k] /= size;
+    return 1 /
+           (fabs(size) * sqrt((1 + look->astigmatism * q2) * (1 + look->swirl * q2)));
 }
 
 /* Do the second disc and the doors let the lens point u through to the place q? */

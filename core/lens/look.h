@@ -57,6 +57,16 @@ double rf_look_shape(const struct rf_look *look, const struct rf_shape *whole,
                      const double q[2], double r, struct rf_shape *shape,
                      double centroid[2]);
 
+/* Are footprints the aperture, scaled, but for what is cut out of it? */
+bool rf_look_is_scaled(const struct rf_look *look);
+
+/*
+ * The point u of the whole lens that rf_look_shape() has brought to `at`. Returns by
+ * how much an area around it is smaller on the lens, as a length.
+ */
+double rf_look_lens_at(const struct rf_look *look, const double q[2], double r,
+                       const double at[2], double u[2]);
+
 /*
  * How far from a sample at q of radius r the pixels lie that it can light, px along each
  * axis at the most; rows count as the pixels that they are high.

@@ -17,7 +17,7 @@ enum { N_RADII = sizeof RADII / sizeof *RADII };
 struct look {
     const char *name;
     double cat_eye, astigmatism, swirl, door[4]; /* left, right, top, bottom */
-    double ratio;
+    double ratio, obstruction;
     int blades;
     double bend_px; /* what curvature of field adds to radii in a corner */
     bool is_wide;   /* its lamps are far wider than their radius */
@@ -41,6 +41,8 @@ static bool is_open(const struct look *look, double u, double v, const double q[
     const double side[4][2] = {{-1, 0}, {1, 0}, {0, 1}, {0, -1}};
     double p[2] = {u * look->ratio, v};
     double dx = p[0] - look->cat_eye * q[0], dy = p[1] - look->cat_eye * q[1];
+    if (p[0] * p[0] + p[1] * p[1] < look->obstruction * look->obstruction)
+        return false;
     if (look->cat_eye > 0 && dx * dx + dy * dy > 1)
         return false;
     for (int i = 0; i < 4; i++)
@@ -79,7 +81,7 @@ static bool is_lit(const struct lamp *lamp, double x, double y)
 static int fine_of(const struct lamp *lamp)
 {
     double r = fabs(lamp->r);
-    if (lamp->look->is_wide)
+    if (lamp->look->is_wide && r > FINE_PX)
         return r > WIDE_PX ? 1 : WIDE_FINE;
     return r > WIDE_PX ? WIDE_FINE : r < FINE_PX ? FINEST : FINE;
 }
@@ -117,6 +119,7 @@ static void look_params(struct rf_params *p, const struct look *look, int method
     p->barn_top = look->door[2];
     p->barn_bottom = look->door[3];
     p->aperture_ratio = look->ratio;
+    p->obstruction = look->obstruction;
     p->blades = look->blades;
     p->aperture = look->blades ? RF_APERTURE_POLYGON : RF_APERTURE_DISC;
     p->cat_eye_exposure = RF_EXPOSURE_KEEP;
@@ -253,6 +256,22 @@ static void extremes(void)
         check_lamps(&looks[i], RF_METHOD_LAYERED, 40, CORNER, 1);
         check_lamps(&looks[i], RF_METHOD_LAYERED, 40, CENTRE, 1);
         check_lamps(&looks[i], RF_METHOD_LAYERED, -150, CORNER, 1);
+    }
+}
+
+/* What is hidden of the lens is stretched as its rim is. */
+static void stretched_rings(void)
+{
+    static const struct look looks[] = {
+        {"ring, swirl", .swirl = 0.8, .obstruction = 0.6, .ratio = 1},
+        {"oval ring, astigmatism", .astigmatism = -0.5, .cat_eye = 0.4,
+         .obstruction = 0.6, .ratio = 1.5},
+        {"ring, bent", .bend_px = 40, .obstruction = 0.5, .ratio = 1},
+    };
+    for (size_t i = 0; i < sizeof looks / sizeof *looks; i++) {
+        check_lamps(&looks[i], RF_METHOD_LAYERED, 8, CORNER, 1);
+        check_lamps(&looks[i], RF_METHOD_LAYERED, -20, CORNER, 1);
+        check_lamps(&looks[i], RF_METHOD_LAYERED, 20, SIDE_PLACE, 1);
     }
 }
 
@@ -714,6 +733,7 @@ int main(int argc, char **argv)
     TEST(cat_eyes);
     TEST(swirl);
     TEST(extremes);
+    TEST(stretched_rings);
     TEST(doors);
     TEST(blades_and_ratio);
     TEST(spherical_aberration);
