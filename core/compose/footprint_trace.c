@@ -8,7 +8,8 @@
  *   W(i, j) = mean over the pixel of  light(u(P))    0 where u is beside the aperture
  *
  * Only pixels of the picture are asked. What falls beside it is counted on a lattice of
- * LATTICE x LATTICE points, so that it is missing as of every other footprint.
+ * LATTICE x LATTICE points of the box of what is lit, so that it is missing as of every
+ * other footprint.
  *
  * Squares of pixels that bounds tell to be dark, or lit by an even lens, are not asked:
  * rows of squares are cut in halves until the bounds decide, or few are left.
@@ -32,6 +33,9 @@ enum { LATTICE = 256, MOST_FINE = 8, FEW = 4 };
 /* Samples of a list lie where their place was rounded to: as far off, in half
  * diagonals. */
 static const double ROUNDED = 1.0 / 128;
+
+/* What is lit farther away is no part of any picture; whole numbers hold it. */
+static const double MOST_PX = 5e8;
 
 /* What is asked: px right of and below the corner of the sample's pixel. */
 struct area {
@@ -102,14 +106,6 @@ static double light_to(const struct rf_trace *t, double x, double y, double side
     return light_at(t, u, side / fabs(t->r));
 }
 
-/* How many points a pixel asks for, per axis. */
-static int fineness(const struct rf_trace *t)
-{
-    struct area all = all_of(t);
-    double px = fmin(all.to[0] - all.from[0], all.to[1] - all.from[1]) / 2;
-    return px < 16 ? MOST_FINE : px < 64 ? 4 : px < 256 ? 2 : 1;
-}
-
 /* ---- squares ------------------------------------------------------------------- */
 
 /* Columns and rows of squares, the last ones not among them. */
@@ -127,6 +123,7 @@ struct raster {
     void (*note)(struct raster *, const struct span *, bool is_lit);
     const struct area *seen; /* not those in it; NULL: all */
     struct rf_grid *grid;
+    int fineness; /* points that a pixel asks for, per axis */
     struct span lit;
     double sum;
 };
@@ -190,20 +187,34 @@ static void note_lit(struct raster *raster, const struct span *span, bool is_lit
     }
 }
 
-void rf_trace_reach(const struct rf_trace *t, double reach[2])
+/* The whole pixels of an area that may be lit. */
+static struct span lit_of(const struct rf_trace *t, const struct area *a)
 {
-    struct area a = seen_of(t);
     struct raster raster = raster_of(t);
     struct span all;
     raster.note = note_lit;
     raster.few = MOST_FINE;
     for (int k = 0; k < 2; k++) {
-        all.from[k] = (int)a.from[k];
-        all.to[k] = (int)a.to[k];
+        all.from[k] = (int)floor(fmax(a->from[k], -MOST_PX));
+        all.to[k] = (int)ceil(fmin(a->to[k], MOST_PX));
     }
     visit(&raster, &all);
+    return raster.lit;
+}
+
+void rf_trace_reach(const struct rf_trace *t, double reach[2])
+{
+    struct area a = seen_of(t);
+    struct span lit = lit_of(t, &a);
     for (int k = 0; k < 2; k++)
-        reach[k] = rf_max_int(abs(raster.lit.from[k]), abs(raster.lit.to[k]));
+        reach[k] = rf_max_int(abs(lit.from[k]), abs(lit.to[k]));
+}
+
+/* By what is lit, the bound of which may be many times as wide. */
+static int fineness_of(const struct span *lit)
+{
+    int px = rf_min_int(lit->to[0] - lit->from[0], lit->to[1] - lit->from[1]) / 2;
+    return px < 16 ? MOST_FINE : px < 64 ? 4 : px < 256 ? 2 : 1;
 }
 
 /* The light of a pixel. */
@@ -220,7 +231,7 @@ static double pixel_light(const struct rf_trace *t, int x, int y, int n)
 static void fill_span(struct raster *raster, const struct span *span, bool is_lit)
 {
     struct rf_grid *g = raster->grid;
-    int n = fineness(raster->trace);
+    int n = raster->fineness;
     for (int y = span->from[1]; y < span->to[1]; y++) {
         double *row = rf_grid_row(g, 0, y + g->reach_y) + g->reach_x;
         for (int x = span->from[0]; x < span->to[0]; x++) {
@@ -250,16 +261,16 @@ static void add_beside(struct raster *raster, const struct span *span, bool is_l
 }
 
 /* The light that falls beside what is asked, px^2 of its mean. */
-static double light_beside(const struct rf_trace *t, const struct area *seen)
+static double light_beside(const struct rf_trace *t, const struct area *seen,
+                           const struct span *lit)
 {
     static const struct span lattice = {.to = {LATTICE, LATTICE}};
-    struct area all = all_of(t);
     struct raster raster = raster_of(t);
     raster.note = add_beside;
     raster.seen = seen;
     for (int k = 0; k < 2; k++) {
-        raster.from[k] = all.from[k];
-        raster.side[k] = (all.to[k] - all.from[k]) / LATTICE;
+        raster.from[k] = lit->from[k];
+        raster.side[k] = (double)(lit->to[k] - lit->from[k]) / LATTICE;
     }
     visit(&raster, &lattice);
     return raster.sum * raster.side[0] * raster.side[1];
@@ -267,9 +278,11 @@ static double light_beside(const struct rf_trace *t, const struct area *seen)
 
 double rf_trace_fill(const struct rf_trace *t, struct rf_grid *g)
 {
-    struct area a = seen_of(t);
+    struct area a = seen_of(t), all = all_of(t);
+    struct span lit = lit_of(t, &all);
     struct raster raster = raster_of(t);
     raster.note = fill_span;
+    raster.fineness = fineness_of(&lit);
     raster.grid = g;
     const struct span asked = {.from = {rf_max_int((int)a.from[0], -g->reach_x),
                                         rf_max_int((int)a.from[1], -g->reach_y)},
@@ -277,5 +290,5 @@ double rf_trace_fill(const struct rf_trace *t, struct rf_grid *g)
                                       rf_min_int((int)a.to[1], g->reach_y + 1)}};
     visit(&raster, &asked);
     double sum = raster.sum;
-    return sum > 0 ? sum / (sum + light_beside(t, &a)) : 0;
+    return sum > 0 ? sum / (sum + light_beside(t, &a, &lit)) : 0;
 }

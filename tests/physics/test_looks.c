@@ -259,6 +259,15 @@ static void extremes(void)
     }
 }
 
+/* A bound of what they may light is far wider than they are. */
+static void small_lamps_of_a_bent_surface(void)
+{
+    const struct look look = {"bent, small", .bend_px = 120, .ratio = 1,
+                              .is_wide = true};
+    check_lamps(&look, RF_METHOD_LAYERED, 2, CORNER, 1);
+    check_lamps(&look, RF_METHOD_LAYERED, -3, CORNER, 1);
+}
+
 /* What is hidden of the lens is stretched as its rim is. */
 static void stretched_rings(void)
 {
@@ -733,6 +742,7 @@ int main(int argc, char **argv)
     TEST(cat_eyes);
     TEST(swirl);
     TEST(extremes);
+    TEST(small_lamps_of_a_bent_surface);
     TEST(stretched_rings);
     TEST(doors);
     TEST(blades_and_ratio);
