@@ -3,6 +3,7 @@
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "console/cli.h"
 #include "sources/looks.h"
@@ -10,7 +11,7 @@
 #include "sources/settings.h"
 
 struct aperture_options {
-    const char *output, *look;
+    const char *output, *look, *aperture_image;
     double radius_px;
     int32_t width, n_threads;
     bool is_quiet;
@@ -23,6 +24,9 @@ static const struct option options[] = {
     OPTION_TEXT_ROW("look", AT(look), "NAME",
                     "Look of a kind of lens, as rackfocus looks lists them; options "
                     "win over it."),
+    OPTION_FILE_ROW("aperture-image", AT(aperture_image), "FILE",
+                    "Picture of the aperture, EXR or PNG of any size, as the camera "
+                    "sees it; implies --aperture image."),
     OPTION_NUMBER_ROW("radius", AT(radius_px), "PX", 2, 200,
                       "Radius of the blur in the middle of the picture. [default 24]"),
     OPTION_INT_ROW("width", AT(width), "PX", 64, 8192,
@@ -37,8 +41,9 @@ static const struct option options[] = {
 struct sheet_of_lamps {
     int32_t width, height; /* of one half */
     struct rf_params params;
-    float *rgb;   /* both halves, width x 2 height */
-    float *depth; /* of one half */
+    struct picture aperture; /* without samples: none */
+    float *rgb;              /* both halves, width x 2 height */
+    float *depth;            /* of one half */
 };
 
 /* Sets the lens so that what is far away has twice the radius. */
@@ -89,8 +94,12 @@ static rf_result draw_half(const struct sheet_of_lamps *sheet,
     for (size_t i = 0; i < n; i++)
         sheet->depth[i] = (float)rf_lens_depth_at(&lens, radius_px);
     put_lamps(sheet, fabs(radius_px), rgb);
-    result = rf_filter_create(&filter, context, &sheet->params, sheet->width,
-                              sheet->height, error);
+    const struct picture *aperture = &sheet->aperture;
+    const struct rf_image light =
+        rf_image_packed(aperture->samples, aperture->width, aperture->height, 3);
+    result =
+        rf_filter_create_with(&filter, context, &sheet->params, sheet->width,
+                              sheet->height, aperture->samples ? &light : NULL, error);
     if (result != RF_OK)
         return result;
     const struct rf_image colour = rf_image_packed(rgb, sheet->width, sheet->height, 3);
@@ -141,6 +150,17 @@ static bool write_sheet(const struct sheet_of_lamps *sheet, const char *path,
     return image_write(path, &output, n_threads, error);
 }
 
+static void tell_error(const struct aperture_options *tool,
+                       const struct rf_error *error)
+{
+    const struct rf_param_info *info = rf_param_find(error->field);
+    if (tool->aperture_image && strcmp(error->field, "distribution") == 0)
+        message("%s: %s", tool->aperture_image, error->message);
+    else
+        message("%s%s: %s", info ? "--" : "", info ? info->key : "aperture",
+                error->message);
+}
+
 static int make_sheet(const struct aperture_options *tool,
                       const struct settings *settings)
 {
@@ -155,10 +175,12 @@ static int make_sheet(const struct aperture_options *tool,
     int code = EXIT_FAILED;
     if (!sheet.rgb || !sheet.depth) {
         code = exit_without_memory();
+    } else if (tool->aperture_image &&
+               !picture_read(tool->aperture_image, NULL, thread_count(tool->n_threads),
+                             &sheet.aperture, &image_error)) {
+        message("%s", image_error.message);
     } else if (draw(&sheet, tool, &error) != RF_OK) {
-        const struct rf_param_info *info = rf_param_find(error.field);
-        message("%s%s: %s", info ? "--" : "", info ? info->key : "aperture",
-                error.message);
+        tell_error(tool, &error);
     } else if (!write_sheet(&sheet, tool->output, thread_count(tool->n_threads),
                             &image_error)) {
         message("%s", image_error.message);
@@ -167,7 +189,24 @@ static int make_sheet(const struct aperture_options *tool,
     }
     free(sheet.rgb);
     free(sheet.depth);
+    picture_free(&sheet.aperture);
     return code;
+}
+
+/* --aperture-image says which aperture. */
+static bool check_aperture_image(const struct aperture_options *tool,
+                                 struct settings *settings)
+{
+    const bool is_image = settings->params.aperture == RF_APERTURE_IMAGE;
+    if (!tool->aperture_image && is_image)
+        message("--aperture image: needs its picture, --aperture-image FILE");
+    else if (tool->aperture_image && !is_image &&
+             settings_origin(settings, "aperture") == ORIGIN_COMMAND_LINE)
+        message("--aperture-image: goes with --aperture image, which can be left out");
+    else
+        return !tool->aperture_image ||
+               settings_set(settings, "aperture", "image", NULL) == RF_OK;
+    return false;
 }
 
 static bool check_usage(const struct aperture_options *tool, struct settings *settings,
@@ -192,7 +231,7 @@ static bool check_usage(const struct aperture_options *tool, struct settings *se
                 return false;
             }
         if (!tool->look || look_read(tool->look, settings, &error))
-            return true;
+            return check_aperture_image(tool, settings);
         message("%s", error.message);
     }
     return false;

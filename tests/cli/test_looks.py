@@ -185,10 +185,37 @@ def test_aperture_draws_lamps(rackfocus, tmp_path):
     assert (tmp_path / "lamps.png").read_bytes()[:4] == b"\x89PNG"
 
 
+def test_aperture_draws_with_a_picture_of_it(rackfocus, tmp_path):
+    """Its right half lets light through: the right half of lamps behind the focus, the
+    left one of those before it."""
+    out, picture = tmp_path / "lamps.exr", tmp_path / "half.exr"
+    light = numpy.zeros((64, 64), numpy.float32)
+    light[:, 32:] = 1
+    plainexr.write(picture, dict.fromkeys("RGB", light))
+    words = ("aperture", "-o", out, "--width", "480", "--radius", "20")
+    rackfocus(*words, "--aperture-image", picture)
+    for half, side in zip(halves(out), (1, -1)):
+        height, width = half.shape
+        lamp = half[
+            height // 2 - 21 : height // 2 + 21, width // 2 - 21 : width // 2 + 22
+        ]
+        columns = lamp.sum(0)[::side]
+        assert columns[:21].sum() < 0.01 * columns.sum()
+    light[:] = 0
+    plainexr.write(picture, dict.fromkeys("RGB", light))
+    refused = rackfocus(*words, "--aperture-image", picture, code=1).stderr
+    assert "half.exr: the picture of the aperture is black" in refused
+
+
 @pytest.mark.parametrize(
     "options, part",
     [
         ([], "aperture needs an output"),
+        (["-o", "x.png", "--aperture", "image"], "--aperture-image FILE"),
+        (
+            ["-o", "x.png", "--aperture-image", "a.exr", "--aperture", "disc"],
+            "--aperture-image: goes with --aperture image, which can be left out",
+        ),
         (["-o", "x.jpg"], "x.jpg"),
         (["-o", "x.png", "in.exr"], "takes no file"),
         (["-o", "x.png", "--f-stop", "2"], "--f-stop has no place here: --radius"),
