@@ -2,6 +2,7 @@
 """Looks of lenses as presets of a camera, and the artist's own."""
 
 import math
+import warnings
 
 import bpy
 from bl_operators.presets import AddPresetBase
@@ -86,11 +87,13 @@ OF_CAMERA = {
 
 
 def lenses():
-    """{name: rackfocus.Look}: the library's and those that `rackfocus looks` keeps.
-
-    ValueError names the file's line that is wrong.
+    """{name: rackfocus.Look}: the library's and those that `rackfocus looks` keeps; and
+    what is wrong with the files of others, which are left out.
     """
-    return {one.name: one for one in rackfocus.looks()}
+    with warnings.catch_warnings(record=True) as wrong:
+        warnings.simplefilter("always")
+        found = {one.name: one for one in rackfocus.looks()}
+    return found, [str(one.message) for one in wrong]
 
 
 def values_of_lens(look):
@@ -120,7 +123,7 @@ class RACK_FOCUS_OT_look(bpy.types.Operator):
         """The tooltip of the entry."""
         if properties.name in LOOKS:
             return LOOKS[properties.name][0]
-        found = lenses().get(properties.name)
+        found = lenses()[0].get(properties.name)
         return f"As {found.about}" if found and not found.is_own else cls.__doc__
 
     @classmethod
@@ -131,10 +134,11 @@ class RACK_FOCUS_OT_look(bpy.types.Operator):
     def execute(self, context):
         """Sets the values; the focus stays."""
         data = camera_of(context)
+        found, _ = lenses()
         if self.name in LOOKS:
             _, of_lens, of_settings = LOOKS[self.name]
-        elif self.name in lenses():
-            of_lens, of_settings = values_of_lens(lenses()[self.name])
+        elif self.name in found:
+            of_lens, of_settings = values_of_lens(found[self.name])
         else:
             self.report({"ERROR"}, f"There is no look “{self.name}”")
             return {"CANCELLED"}
@@ -191,11 +195,11 @@ class VIEW3D_PT_rack_focus_presets(PresetPanel, bpy.types.Panel):
         for name in LOOKS:
             column.operator("rack_focus.look", text=name).name = name
         column.separator()
-        try:
-            for name in lenses():
-                column.operator("rack_focus.look", text=words.title(name)).name = name
-        except ValueError as error:
-            column.label(text=str(error), icon="ERROR")
+        found, wrong = lenses()
+        for name in found:
+            column.operator("rack_focus.look", text=words.title(name)).name = name
+        for error in wrong:
+            column.label(text=error, icon="ERROR")
         column.operator("rack_focus.make_assets", icon="ASSET_MANAGER")
         if bpy.utils.preset_paths(FOLDER):
             super().draw(context)

@@ -14,6 +14,7 @@ scene-linear with premultiplied alpha; depth of shape (height, width). Strides m
 anything, negative too; nothing is copied. Lengths are scene units, radii are pixels.
 """
 
+import warnings
 from typing import Any, NamedTuple
 
 from . import _core, _looks
@@ -159,19 +160,22 @@ def methods():
 
 def looks():
     """All looks of lenses, a tuple of Look: those that come with the program, then the
-    artist's own (`rackfocus looks --save`), which win where names are the same.
+    artist's own (`rackfocus looks --save`), which win where names are the same. One
+    whose file is wrong is left out with a warning that names its line.
     """
-    rows = _looks.texts().items()
     table = parameters()
-    return tuple(
-        Look(
-            name,
-            "your own" if is_own else _looks.about(text),
-            _looks.parameters(name, text, table),
-            is_own,
-        )
-        for name, (text, is_own) in rows
-    )
+    found = []
+    for name, source in _looks.sources().items():
+        is_own = not isinstance(source, str)
+        try:
+            text = _looks.text_of(source)
+            values = _looks.parameters(name, text, table)
+        except ParameterError as error:
+            warnings.warn(error.message, stacklevel=2)
+            continue
+        about = "your own" if is_own else _looks.about(text)
+        found.append(Look(name, about, values, is_own))
+    return tuple(found)
 
 
 def look(name):
@@ -179,11 +183,11 @@ def look(name):
 
     The error of another name lists the looks that there are.
     """
-    texts = _looks.texts()
-    if name not in texts:
-        message = f"there is no look {name!r}; there are {', '.join(texts)}"
+    sources = _looks.sources()
+    if name not in sources:
+        message = f"there is no look {name!r}; there are {', '.join(sources)}"
         raise parameter_error("name", message)
-    return _looks.parameters(name, texts[name][0], parameters())
+    return _looks.parameters(name, _looks.text_of(sources[name]), parameters())
 
 
 def why_not_read(name, /, **params):

@@ -22,17 +22,20 @@ def folder():
     return None
 
 
-def texts():
-    """{name: (text of its file, is it the artist's own)}; theirs win."""
-    found = {name: (text, False) for name, text in _core.looks()}
+def sources():
+    """{name: the text of a look, or the Path of an own one's}; theirs win."""
+    found = dict(_core.looks())
     home = folder()
     for path in sorted(home.glob("*.params")) if home else ():
-        found[path.stem] = (_text_of(path), True)
+        found[path.stem] = path
     return found
 
 
-def _text_of(path):
-    """Without a byte-order mark, as Notepad writes it."""
+def text_of(source):
+    """Of a file without a byte-order mark, as Notepad writes it."""
+    if isinstance(source, str):
+        return source
+    path = source
     try:
         return path.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:

@@ -634,8 +634,15 @@ def test_looks(monkeypatch, tmp_path):
     with pytest.raises(ValueError, match="'nosuch'; there are vintage, "):
         rackfocus.look("nosuch")
     (own / "mine.params").write_text("method\n")
+    (own / "odd.params").write_bytes(b"swirl \xff\n")
+    with pytest.warns(UserWarning) as wrong:
+        left = [look.name for look in rackfocus.looks()]
+    assert left == list(given), "the others are there"
+    assert [str(w.message)[:10] for w in wrong][0] == "look mine,"
+    assert "odd.params: cannot be read" in str(wrong[1].message)
+    assert rackfocus.look("vintage") == given["vintage"].parameters
     with pytest.raises(ValueError, match="look mine, line 1: 'method'"):
-        rackfocus.looks()
+        rackfocus.look("mine")
 
 
 # ---- depth ------------------------------------------------------------------------

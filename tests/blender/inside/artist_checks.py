@@ -6,6 +6,7 @@ artist_checks.py DIST OUT [CHECK ...]    writes OUT/artist_results.json
 
 import importlib.util
 import math
+import os
 import re
 import shutil
 import sys
@@ -226,7 +227,14 @@ def the_lenss_own_look():
     bpy.ops.rack_focus.look(name="Portrait f/1.4")
     assert settings.cat_eye == settings.swirl == settings.blade_curvature == 0
     data.dof.aperture_fstop = 1.7
-    for name, one in addon("presets").lenses().items():
+    own = OUT / "rackfocus" / "looks"
+    own.mkdir(parents=True, exist_ok=True)
+    (own / "odd.params").write_text("swirl = 0.3\n")
+    os.environ["XDG_CONFIG_HOME"] = str(OUT)
+    found, wrong = addon("presets").lenses()
+    del os.environ["XDG_CONFIG_HOME"]
+    assert "vintage" in found and "look odd, line 1" in wrong[0]
+    for name, one in addon("presets").lenses()[0].items():
         bpy.ops.rack_focus.look(name=name)
         made = {
             **settings.method_parameters(),
@@ -239,7 +247,7 @@ def the_lenss_own_look():
         }
         assert not off, (name, off)
         assert abs(data.dof.aperture_fstop - 1.7) < 1e-6
-    assert {"vintage", "mirror"} <= set(addon("presets").lenses())
+    assert {"vintage", "mirror"} <= set(addon("presets").lenses()[0])
     bpy.ops.rack_focus.look(name="Portrait f/1.4")
     assert settings.obstruction == 0
     for p in looks:
