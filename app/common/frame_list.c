@@ -186,6 +186,26 @@ char *frame_list_text(const int32_t *numbers, int n, struct image_error *error)
     return text;
 }
 
+bool frame_list_holes(const struct frame_list *list, char text[FRAME_LIST_HOLES],
+                      struct image_error *error)
+{
+    struct frame_list missing;
+    text[0] = '\0';
+    if (!frame_list_missing(&missing, list, error))
+        return false;
+    bool is_good = true;
+    if (missing.n > 0 && missing.n < list->n) {
+        char *numbers = frame_list_text(missing.numbers, missing.n, error);
+        is_good = numbers != NULL;
+        if (is_good)
+            snprintf(text, FRAME_LIST_HOLES, "of frames %d to %d there is no %.200s",
+                     (int)list->numbers[0], (int)list->numbers[list->n - 1], numbers);
+        free(numbers);
+    }
+    frame_list_free(&missing);
+    return is_good;
+}
+
 void frame_list_free(struct frame_list *list)
 {
     free(list->numbers);

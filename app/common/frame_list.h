@@ -27,6 +27,12 @@ bool frame_list_find(struct frame_list *list, const char *pattern,
  * steps otherwise. False without memory. */
 bool frame_list_missing(struct frame_list *missing, const struct frame_list *list,
                         struct image_error *error);
+/* Says which those are, "of frames 1 to 8 there is no 4,6-7", of a shot, that is where
+ * more frames are there than not: a few stills have no holes. Else the text is "". False
+ * without memory. */
+enum { FRAME_LIST_HOLES = 256 };
+bool frame_list_holes(const struct frame_list *list, char text[FRAME_LIST_HOLES],
+                      struct image_error *error);
 /* n rising numbers as frame_list_parse() reads them: "1-240,300". The caller frees; NULL
  * without memory. */
 char *frame_list_text(const int32_t *numbers, int n, struct image_error *error);

@@ -537,27 +537,18 @@ static int take_frames(struct sequence *sequence, const struct frame_list *list)
     return has_memory ? APP_DONE : APP_NO_MEMORY;
 }
 
-/* Holes in a shot, that is where more frames are there than not: a few stills have none.
+/* Of a job and of a check, too: whoever waits for all frames hears that some never come.
  */
 static int warn_of_missing(const struct sequence *sequence,
                            const struct frame_list *list)
 {
-    struct frame_list missing;
-    if (!frame_list_missing(&missing, list, sequence->error))
+    char holes[FRAME_LIST_HOLES];
+    if (!frame_list_holes(list, holes, sequence->error))
         return APP_NO_MEMORY;
-    int code = APP_DONE;
-    if (missing.n > 0 && missing.n < list->n) {
-        char *text = frame_list_text(missing.numbers, missing.n, sequence->error);
-        code = !text ? APP_NO_MEMORY
-                     : app_warn(sequence->tool->host, sequence->error,
-                                "%s: of frames %d to %d there is no %.200s; name with "
-                                "--frames what is to be filtered",
-                                sequence->paths[0], (int)list->numbers[0],
-                                (int)list->numbers[list->n - 1], text);
-        free(text);
-    }
-    frame_list_free(&missing);
-    return code;
+    return !*holes ? APP_DONE
+                   : app_warn(sequence->tool->host, sequence->error,
+                              "%s: %s; name with --frames what is to be filtered",
+                              sequence->paths[0], holes);
 }
 
 static int list_frames(struct sequence *sequence, const char *pattern)
@@ -572,7 +563,7 @@ static int list_frames(struct sequence *sequence, const char *pattern)
                         error.message);
     int code = filter_check_files(sequence->tool, sequence->paths, sequence->n_paths,
                                   &list, sequence->error);
-    if (code == APP_DONE && !asked && !sequence->how->report)
+    if (code == APP_DONE && !asked)
         code = warn_of_missing(sequence, &list);
     if (code == APP_DONE)
         code = take_frames(sequence, &list);

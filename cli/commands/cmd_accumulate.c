@@ -390,6 +390,19 @@ static int run_frames(const struct accumulate_options *tool,
     return tally.n_failed ? EXIT_FAILED : code;
 }
 
+static int warn_of_missing(const struct accumulate_options *tool,
+                           const struct operands *views, const struct frame_list *list)
+{
+    struct image_error error;
+    char holes[FRAME_LIST_HOLES];
+    if (!frame_list_holes(list, holes, &error))
+        return exit_without_memory();
+    if (*holes)
+        warning(tool->is_quiet, "%s: %s; name with --frames what is to be averaged",
+                views->items[0], holes);
+    return EXIT_DONE;
+}
+
 /* Every view stays; `list` NULL: no sequence. */
 static int check_files(const struct accumulate_options *tool,
                        const struct operands *views, const struct frame_list *list)
@@ -420,6 +433,8 @@ static int accumulate_sequence(const struct accumulate_options *tool,
         return EXIT_USAGE;
     }
     int code = check_files(tool, views, &list);
+    if (code == EXIT_DONE && !tool->frames)
+        code = warn_of_missing(tool, views, &list);
     if (code == EXIT_DONE && report)
         code = frames_report_start(report, &list, &error) ? EXIT_DONE
                                                           : exit_without_memory();

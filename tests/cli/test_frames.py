@@ -155,6 +155,22 @@ def test_a_name_alone(run, shot, tmp_path):
     assert "frame 2: damaged: shot.0002.exr" in done.stderr
 
 
+@pytest.mark.parametrize("maker", ["filter", "accumulate"])
+def test_holes_of_the_inputs_are_said(run, shot, tmp_path, maker):
+    """5 of 5 is not the shot where its fourth render never came."""
+    (tmp_path / "shot.0004.exr").unlink()
+    words = [maker, *shot[1:4], *(LENS if maker == "filter" else [])]
+    for command in (words, ["frames", "--", *words]):
+        done = run(*command)
+        assert "shot.####.exr: of frames 1 to 6 there is no 4; name" in done.stderr
+    job = run(
+        "submit", "--to", "script", "--dry-run", "--", *words, "--blend-gamma", "2"
+    )
+    assert "there is no 4; name" in job.stderr
+    done = run("frames", "--", *words, "--frames", "1-3,5,6")
+    assert "there is no" not in done.stderr
+
+
 def test_reports(run, shot, tmp_path):
     run(*shot, "--f-stop", "2")  # a warning: the radius of the lens is given
     (tmp_path / "out.0002.exr").unlink()

@@ -156,22 +156,14 @@ static void note_missing(struct playlist *playlist)
 {
     char pattern[4352];
     struct image_error ignored;
-    struct frame_list list = {0}, missing = {0};
+    struct frame_list list = {0};
     if (playlist->n < 2 ||
         !frame_guess_pattern(playlist->pictures[0].paths[0], pattern,
                              sizeof(pattern)) ||
         !frame_list_find(&list, pattern, &ignored))
         return;
-    if (list.n == playlist->n && frame_list_missing(&missing, &list, &ignored) &&
-        missing.n > 0 && missing.n < list.n) {
-        char *text = frame_list_text(missing.numbers, missing.n, &ignored);
-        if (text)
-            snprintf(playlist->remark, sizeof(playlist->remark),
-                     "of frames %d to %d there is no %.200s", (int)list.numbers[0],
-                     (int)list.numbers[list.n - 1], text);
-        free(text);
-    }
-    frame_list_free(&missing);
+    if (list.n == playlist->n)
+        frame_list_holes(&list, playlist->remark, &ignored);
     frame_list_free(&list);
 }
 
