@@ -4,17 +4,42 @@
 #include <math.h>
 #include <stdio.h>
 
+/* Bytes of the letter of UTF-8 at `text`, as RFC 3629 has them; 0: there is none. */
+static int letter_bytes(const char *text)
+{
+    const unsigned char *c = (const unsigned char *)text;
+    const int n = c[0] < 0x80                    ? 1
+                  : c[0] >= 0xc2 && c[0] <= 0xdf ? 2
+                  : (c[0] & 0xf0) == 0xe0        ? 3
+                  : c[0] >= 0xf0 && c[0] <= 0xf4 ? 4
+                                                 : 0;
+    for (int i = 1; i < n; i++)
+        if ((c[i] & 0xc0) != 0x80)
+            return 0;
+    /* Longer than need be, halves of UTF-16, beyond the last code. */
+    const bool is_none = (c[0] == 0xe0 && c[1] < 0xa0) ||
+                         (c[0] == 0xed && c[1] > 0x9f) ||
+                         (c[0] == 0xf0 && c[1] < 0x90) || (c[0] == 0xf4 && c[1] > 0x8f);
+    return is_none ? 0 : n;
+}
+
+/* JSON is UTF-8; names of files, channels and layers may be anything, and one byte that
+ * is not would make all of it unreadable: it becomes U+FFFD. */
 static void print_string(const char *text)
 {
     putchar('"');
-    for (; *text; text++) {
+    while (*text) {
         const unsigned char c = (unsigned char)*text;
+        const int n = letter_bytes(text);
         if (c == '"' || c == '\\')
             printf("\\%c", c);
         else if (c < 0x20)
             printf("\\u%04x", c);
+        else if (n == 0)
+            printf("\\ufffd");
         else
-            putchar(c);
+            printf("%.*s", n, text);
+        text += n ? n : 1;
     }
     putchar('"');
 }

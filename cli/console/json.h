@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
  * Writes JSON to stdout: objects and arrays open and close, commas come by themselves.
- * Names are NULL inside arrays. Infinity is written as 1e999, which is valid JSON and
- * which readers turn into infinity; NaN as null.
+ * Names are NULL inside arrays. Bytes that are no UTF-8 become U+FFFD. Infinity is
+ * written as 1e999, which is valid JSON and which readers turn into infinity; NaN as
+ * null.
  */
 #ifndef CLI_JSON_H
 #define CLI_JSON_H

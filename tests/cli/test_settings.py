@@ -2,7 +2,9 @@
 """The command line wins over the header, and the header over the default."""
 
 import json
+import os
 import re
+import subprocess
 
 import numpy
 import pytest
@@ -206,6 +208,26 @@ def test_depth_file_supplies_what_the_colour_lacks(rackfocus, scene):
 
 
 # ---- info --------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "odd, letters",
+    [
+        (b"\xff", "?"),
+        (b"\xe9t\xe9", "?t?"),  # Latin-1
+        (b"\xc3", "?"),
+        (b"\xc0\xaf", "??"),
+        (b"\xed\xa0\x80", "???"),
+        (b"\xf4\x90\x80\x80", "????"),
+        ("žluť 漢 𝄞".encode(), "žluť 漢 𝄞"),
+    ],
+)
+def test_names_of_any_bytes_are_json(binary, scene, tmp_path, odd, letters):
+    path = os.fsencode(tmp_path) + b"/" + odd + b".exr"
+    os.rename(scene(), path)
+    done = subprocess.run([binary, "info", path, "--json"], capture_output=True)
+    name = json.loads(done.stdout.decode())["files"][0]["path"]
+    assert name == f"{tmp_path}/{letters.replace('?', chr(0xFFFD))}.exr"
 
 
 def test_info_reports_the_lens(rackfocus, scene):
