@@ -152,7 +152,7 @@ struct app {
     int help_scroll, help_height; /* px */
     uint32_t traced_place;
     uint32_t traced_tip; /* what was written of tips and errors */
-    uint32_t traced_graphs;
+    uint32_t traced_graphs, traced_cut;
 
     struct playlist playlist;
     struct play play;

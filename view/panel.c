@@ -268,6 +268,26 @@ static void limits_rows(struct app *app)
     ui_readout(&app->ui, "Radius", text);
 }
 
+/* Says what `rackfocus filter` warns of: wider than half the longer side nothing gets,
+ * however far the aperture is opened. "" where the nearest and the farthest thing are
+ * below it, and where somebody set the largest radius. */
+static void describe_cut(const struct app *app, char *text, size_t n_bytes)
+{
+    const struct input *input = app->shot ? app->shot->input : NULL;
+    const struct rf_lens *lens = &app->state.lens;
+    const double most = lens->max_radius_px;
+    *text = 0;
+    if (!input || app->state.settings.params.max_radius > 0 ||
+        state_why_off(&app->state, "max-radius") ||
+        (fabs(rf_lens_radius_px(lens, input->nearest)) < most &&
+         fabs(rf_lens_radius_px(lens, input->farthest)) < most))
+        return;
+    snprintf(text, n_bytes,
+             "The blur is cut at a radius of %.4g px, half the longer side; Max radius "
+             "allows more.",
+             most);
+}
+
 /* Which parameters are guesses, in a sentence; false where none is. */
 static bool describe_guesses(const struct app *app, char *text, size_t n_bytes)
 {
@@ -286,7 +306,9 @@ static bool describe_guesses(const struct app *app, char *text, size_t n_bytes)
 
 static void lens_rows(struct app *app)
 {
-    char guesses[160];
+    char guesses[160], cut[160];
+    describe_cut(app, cut, sizeof(cut));
+    trace_once(app, &app->traced_cut, "cut", cut);
     if (!ui_section(&app->ui, "Lens", true))
         return;
     focus_row(app);
@@ -296,6 +318,8 @@ static void lens_rows(struct app *app)
     focal_length_row(app);
     row(app, "optics");
     limits_rows(app);
+    if (*cut)
+        ui_note(&app->ui, cut);
     if (describe_guesses(app, guesses, sizeof(guesses)))
         ui_note(&app->ui, guesses);
 }

@@ -76,6 +76,20 @@ def test_drag_the_aperture(window, passes, command_picture):
     assert window.sees(want)
 
 
+def test_a_blur_that_is_cut_is_told(window, passes, rackfocus):
+    """The slider goes on, the picture does not: what filter warns of."""
+    window.set_number("Lens radius", "20")
+    said = window.wait_text("cut", "The blur")
+    assert said.startswith(
+        "The blur is cut at a radius of 160 px, half the longer side"
+    )
+    to = window.folder / "cut.exr"
+    told = rackfocus("filter", passes(), "-o", to, "--lens-radius", "20").stderr
+    assert "the blur is cut at a radius of 160 px, half the longer side" in told
+    window.set_number("Max radius", "150")
+    assert window.wait(lambda e: e["event"] == "cut")["text"] == ""
+
+
 def test_every_field_reaches_the_filter(window, passes, command_picture):
     """Blades, rotation, ratio, focal length, method: as the options say."""
     window.set_number("f-stop", "1.2")
