@@ -21,7 +21,8 @@ static PyObject *accumulator_create(PyTypeObject *type, PyObject *args,
         return NULL;
     PyObject *rest = keywords ? PyDict_Copy(keywords) : PyDict_New();
     bool is_read = rest && plugin_take_context(state, rest, &context) == 0 &&
-                   plugin_read_params(state, rest, &params) == 0;
+                   plugin_read_params(state, rest, &params) == 0 &&
+                   plugin_warn_unread(state, rest, &params, true) == 0;
     Py_XDECREF(rest);
     if (!is_read) {
         Py_XDECREF(context);
@@ -111,8 +112,8 @@ static PyType_Slot accumulator_slots[] = {
      "Accumulator(width, height, channels, /, *, context=None, threads=0, "
      "**parameters)\n--\n\n"
      "The mean of any number of pictures, one in memory at a time. channels: 1, 3 or "
-     "4. threads: 0 takes all processors. Of the parameters only blend_gamma matters: "
-     "1 (default) sums linear light."},
+     "4. threads: 0 takes all processors. Of the parameters those of highlights matter "
+     "and blend_gamma, of which 1 (default) sums linear light."},
     {Py_tp_new, accumulator_create},
     {Py_tp_dealloc, accumulator_dealloc},
     {Py_tp_methods, accumulator_methods},

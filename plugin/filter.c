@@ -64,7 +64,7 @@ static PyObject *filter_create(PyTypeObject *type, PyObject *args, PyObject *key
                    plugin_read_params(state, rest, &params) == 0;
     if (is_read && picture)
         params.distribution = RF_DISTRIBUTION_IMAGE;
-    is_read = is_read && plugin_warn_unread(state, rest, &params) == 0 &&
+    is_read = is_read && plugin_warn_unread(state, rest, &params, false) == 0 &&
               (!picture || warn_of_picture(state, &params) == 0);
     Py_XDECREF(rest);
     if (!is_read) {
@@ -314,6 +314,10 @@ static PyObject *filter_new_survey(PyObject *object, PyObject *unused)
 
 static struct rf_survey *survey_of(PyObject *capsule)
 {
+    if (!PyCapsule_IsValid(capsule, SURVEY_NAME)) {
+        PyErr_SetString(PyExc_TypeError, "survey: what new_survey() gave is needed");
+        return NULL;
+    }
     return PyCapsule_GetPointer(capsule, SURVEY_NAME);
 }
 

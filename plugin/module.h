@@ -53,9 +53,10 @@ int plugin_read_params(const struct module_state *state, PyObject *keywords,
                        struct rf_params *params);
 
 /* Warns (UnreadParameterWarning) of keywords whose value is not the default and that
- * nothing reads. 0, or -1 where the warning became an exception. */
+ * nothing reads; `is_mean`: of a mean of pictures, which reads blend_gamma and the
+ * highlights. 0, or -1 where the warning became an exception. */
 int plugin_warn_unread(const struct module_state *state, PyObject *keywords,
-                       const struct rf_params *params);
+                       const struct rf_params *params, bool is_mean);
 
 /* ---- image.c ------------------------------------------------------------------- */
 

@@ -181,18 +181,27 @@ static double value_of(const struct rf_params *params, const struct rf_param_inf
                                        : *(const int32_t *)member;
 }
 
+static bool is_read_by_mean(const struct rf_param_info *info)
+{
+    return info->group == RF_GROUP_HIGHLIGHTS ||
+           strcmp(info->field, "blend_gamma") == 0;
+}
+
 int plugin_warn_unread(const struct module_state *state, PyObject *keywords,
-                       const struct rf_params *params)
+                       const struct rf_params *params, bool is_mean)
 {
     struct rf_params defaults;
     PyObject *key, *value;
     Py_ssize_t at = 0;
     rf_params_init(&defaults);
     while (keywords && PyDict_Next(keywords, &at, &key, &value)) {
-        const char *why_not, *name = PyUnicode_AsUTF8AndSize(key, NULL);
+        const char *why_not =
+            "a mean of pictures reads only blend_gamma and highlights";
+        const char *name = PyUnicode_AsUTF8AndSize(key, NULL);
         const struct rf_param_info *info = name ? rf_param_find(name) : NULL;
         if (!info || value_of(params, info) == value_of(&defaults, info) ||
-            rf_param_is_read(params, name, &why_not))
+            (is_mean ? is_read_by_mean(info)
+                     : rf_param_is_read(params, name, &why_not)))
             continue;
         if (PyErr_WarnFormat(state->unread_warning, 1, "%s: has no effect: %s", name,
                              why_not) < 0)

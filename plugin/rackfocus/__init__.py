@@ -257,8 +257,15 @@ def accumulate(pictures, out=None, *, context=None, threads=None, **params):
 
     pictures: an iterable of (height, width, channels) or (height, width) float32.
     out: writable, of their shape; None makes a NumPy array.
-    params: of parameters() only blend_gamma matters; 1 (default) sums linear light.
+    params: of parameters() blend_gamma matters, of which 1 (default) sums linear light,
+        and those of highlights, which change each picture before it is added.
     """
+    shape = getattr(pictures, "shape", ())
+    if len(shape) == 3 and shape[-1] in (1, 3, 4):
+        # Its rows would be taken for pictures, and a row of their means come out.
+        raise parameter_error(
+            "pictures", f"one picture of shape {tuple(shape)}; give a list of pictures"
+        )
     total = None
     for picture in pictures:
         if total is None:

@@ -236,8 +236,9 @@ def test_windows_have_the_bits_of_the_whole():
 
 def test_a_survey_that_is_none():
     made = rackfocus.Filter(4, 4, **LENS)
-    with pytest.raises(ValueError):
-        made.window(object(), (0, 0, 4, 4))
+    for survey in (object(), None, 3):
+        with pytest.raises(TypeError, match="^survey: what new_survey"):
+            made.window(survey, (0, 0, 4, 4))
 
 
 # ---- warnings ------------------------------------------------------------------------

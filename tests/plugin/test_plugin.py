@@ -7,6 +7,7 @@ import os
 import re
 import subprocess
 import threading
+import warnings
 
 import numpy as np
 import OpenImageIO as oiio
@@ -585,6 +586,19 @@ def test_accumulator_refuses_bad_pictures():
         rackfocus.accumulate([])
 
 
+def test_a_mean_says_what_it_does_not_read():
+    """What it reads are the blend gamma and the highlights of each picture."""
+    pictures = [np.ones((3, 5), np.float32)] * 2
+    with pytest.warns(rackfocus.UnreadParameterWarning, match="^f_stop: has no effect"):
+        rackfocus.accumulate(pictures, f_stop=2)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        rackfocus.accumulate(np.stack(pictures * 4), blend_gamma=2, blades=0)
+        light = {"highlight_gain": 3, "highlight_threshold": 0.5}
+        bright = rackfocus.accumulate(pictures, **light)
+    assert bright == pytest.approx(np.full((3, 5), 2))
+
+
 def test_a_picture_as_the_distribution():
     """Its light is normalised; other types and black are refused by name."""
     colour, depth = make_frame(channels=3)
@@ -703,6 +717,7 @@ def colour_of(*shape):
     "field, call",
     [
         ("pictures", lambda: rackfocus.accumulate([])),
+        ("pictures", lambda: rackfocus.accumulate(colour_of(5, 4, 3))),  # one alone
         ("pictures", lambda: rackfocus.accumulate([colour_of(3, 4, 2)])),
         ("colour", lambda: rackfocus.apply(colour_of(3), colour_of(3, 4))),
         ("colour", lambda: rackfocus.apply(colour_of(3, 4, 5, 3), colour_of(3, 4))),

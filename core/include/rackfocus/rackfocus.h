@@ -960,7 +960,8 @@ struct rf_accumulator;
  * The mean of any number of pictures, one in memory at a time: renders from points of
  * the lens that hold the plane in focus fixed give the lens's picture, without depth.
  * Sums are in double precision, in the space of params.blend_gamma (POV-Ray averages
- * its lens samples so); nothing else of `params` matters. Pictures are width x height
+ * its lens samples so), of pictures whose highlights are changed as those of
+ * RF_GROUP_HIGHLIGHTS say; nothing else of `params` matters. Pictures are width x height
  * of 1, 3 or 4 `channels`. Not to be used by two threads at a time. Source: OpenGL
  * programming guide, "depth of field". RF_ERROR_ARGUMENT: size or channels, field
  * "width", "height" or "channels". Since 0.1.
