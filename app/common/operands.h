@@ -13,6 +13,9 @@ struct operands {
     const char *
         *given; /* names of the command's own options that were given; allocated */
     int n_given;
+    /* An option that was given twice with two texts, the one that counts and the other;
+     * NULL: there is none. */
+    const char *twice, *counts, *dropped;
 };
 
 #endif

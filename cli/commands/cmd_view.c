@@ -294,6 +294,7 @@ static int cmd_view(int argc, char **argv)
     const int code = view_parse(argc, argv, &call);
     if (code != OPTIONS_GO_ON)
         return code;
+    options_warn_twice(&call.operands);
     operands_free(&call.operands);
     char path[4096 + 64];
     if (!find_window(path, sizeof(path))) {
@@ -309,6 +310,7 @@ static int cmd_view(int argc, char **argv)
 
 const struct command command_view = {
     .name = "view",
+    .is_handed_over = true,
     .summary = "pull focus with the mouse, in a window",
     .usage = "IN.exr [DEPTH.exr] [options]\n"
              "       rackfocus view FOLDER [options]\n"

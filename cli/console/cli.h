@@ -37,9 +37,10 @@ struct command {
     const char *examples;    /* command lines, one per line; may be NULL */
     const struct option *options;
     size_t n_options;
-    bool takes_params; /* also accepts every parameter of params.def */
-    bool keeps_rest;   /* what follows "--" is not for this program */
-    bool takes_line;   /* ... nor what its first word begins: "--" may be left out */
+    bool takes_params;   /* also accepts every parameter of params.def */
+    bool keeps_rest;     /* what follows "--" is not for this program */
+    bool takes_line;     /* ... nor what its first word begins: "--" may be left out */
+    bool is_handed_over; /* another program parses the same words again */
     /* argv[0] is the sub-command's name; returns an exit code. */
     int (*run)(int argc, char **argv);
 };

@@ -161,10 +161,35 @@ static void note_given(struct operands *operands, const char *name)
         operands->given[operands->n_given++] = name;
 }
 
-static int set_option(struct parser *parser, const struct option *option,
-                      const char *text)
+/* A second number replaces the first, as of a script and of who calls it. Of files and
+ * names both may be meant: looks, parameters, outputs. */
+static void note_twice(struct parser *parser, const struct option *option,
+                       const char *text)
 {
-    note_given(parser->operands, option->name);
+    struct operands *operands = parser->operands;
+    const char *before = *(const char **)((char *)parser->values + option->offset);
+    if (!options_given(operands, option->name) || strcmp(before, text) == 0)
+        return;
+    operands->twice = option->name;
+    operands->dropped = before;
+    operands->counts = text;
+}
+
+static int set_text(struct parser *parser, const struct option *option,
+                    const char *text)
+{
+    if (!*text) {
+        message("--%s: the value is empty; give %s", option->name, option->value);
+        return EXIT_USAGE;
+    }
+    note_twice(parser, option, text);
+    *(const char **)((char *)parser->values + option->offset) = text;
+    return OPTIONS_GO_ON;
+}
+
+static int set_value(struct parser *parser, const struct option *option,
+                     const char *text)
+{
     char *target = (char *)parser->values + option->offset;
     switch (option->kind) {
     case OPTION_FLAG:
@@ -175,12 +200,7 @@ static int set_option(struct parser *parser, const struct option *option,
         return OPTIONS_GO_ON;
     case OPTION_TEXT:
     case OPTION_FILE:
-        if (!*text) {
-            message("--%s: the value is empty; give %s", option->name, option->value);
-            return EXIT_USAGE;
-        }
-        *(const char **)target = text;
-        return OPTIONS_GO_ON;
+        return set_text(parser, option, text);
     case OPTION_INT:
     case OPTION_NUMBER:
         return set_number(option, text, target);
@@ -188,6 +208,14 @@ static int set_option(struct parser *parser, const struct option *option,
         return set_choice(option, text, (int32_t *)target);
     }
     return EXIT_USAGE;
+}
+
+static int set_option(struct parser *parser, const struct option *option,
+                      const char *text)
+{
+    const int code = set_value(parser, option, text);
+    note_given(parser->operands, option->name);
+    return code;
 }
 
 static int set_param(struct parser *parser, const struct rf_param_info *info,
@@ -345,6 +373,18 @@ static int parse_arguments(struct parser *parser, struct operands *operands)
     return OPTIONS_GO_ON;
 }
 
+int options_warn_twice(const struct operands *operands)
+{
+    const bool is_strict = options_given(operands, "strict");
+    if (!operands->twice)
+        return OPTIONS_GO_ON;
+    warning(!is_strict && options_given(operands, "quiet"),
+            "--%s: is given twice: '%s' counts and '%s' does not; leave one of them "
+            "out",
+            operands->twice, operands->counts, operands->dropped);
+    return is_strict ? EXIT_USAGE : OPTIONS_GO_ON;
+}
+
 int options_parse(const struct command *command, int argc, char **argv, void *values,
                   struct settings *settings, struct operands *operands)
 {
@@ -369,6 +409,8 @@ int options_parse(const struct command *command, int argc, char **argv, void *va
         help_print_command(command);
         code = EXIT_DONE;
     }
+    if (code == OPTIONS_GO_ON && !command->is_handed_over)
+        code = options_warn_twice(operands);
     if (!command->keeps_rest)
         for (int i = 0; i < operands->n_rest; i++)
             operands->items[operands->n++] = operands->rest[i];

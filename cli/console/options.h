@@ -54,6 +54,10 @@ int options_parse(const struct command *command, int argc, char **argv, void *va
 /* Was the command's own option of this name given, with whatever value? */
 bool options_given(const struct operands *operands, const char *name);
 
+/* Warns of a text that was given twice, and differently, as options_parse() does but for
+ * commands that are handed over. OPTIONS_GO_ON, or with --strict EXIT_USAGE. */
+int options_warn_twice(const struct operands *operands);
+
 void operands_free(struct operands *operands);
 
 /* The candidate most like `name`, or NULL where none is near. */

@@ -102,3 +102,45 @@ def test_what_is_no_text(rackfocus, scene, tmp_path, content, part):
         done = rackfocus("filter", *inputs, option, "lens.params", cwd=tmp_path, code=1)
         assert f"lens.params: {part}" in done.stderr
         assert not list(tmp_path.glob("o.*exr"))
+
+
+# ---- given twice -----------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "words, counts, dropped",
+    [
+        ("--params a.txt -o out.exr --params=b.txt", "b.txt", "a.txt"),
+        ("--look vintage -o out.exr --look mirror", "mirror", "vintage"),
+        ("-ofirst.exr --output out.exr", "out.exr", "first.exr"),
+    ],
+)
+def test_texts_that_are_given_twice(rackfocus, scene, tmp_path, words, counts, dropped):
+    """Both may be meant; the last one counts, and the command says so."""
+    (tmp_path / "a.txt").write_text("blades 6\n")
+    (tmp_path / "b.txt").write_text("focus-distance 3\n")
+
+    def said(*more, code=0):
+        line = ["filter", scene(), *words.split(), *more]
+        return rackfocus(*line, cwd=tmp_path, code=code).stderr
+
+    told = f"is given twice: '{counts}' counts and '{dropped}' does not; leave one"
+    assert told in said()
+    assert not (tmp_path / "first.exr").exists()
+    assert said("-q") == ""
+    assert told in said("-q", "--strict", code=2)
+
+
+def test_numbers_and_the_same_text_may_be_given_twice(rackfocus, scene, tmp_path):
+    words = ["--f-stop=2", "--f-stop=3", "-j1", "-j2", "-o", "out.exr", "-oout.exr"]
+    done = rackfocus("filter", scene(), *words, cwd=tmp_path)
+    assert "twice" not in done.stderr
+
+
+def test_the_window_says_it_once(rackfocus, tmp_path):
+    env = {"PATH": "/usr/bin", "XDG_RUNTIME_DIR": str(tmp_path)}
+    words = ["view", "--params", "a.txt", "--params", "b.txt", "passes.exr"]
+    for name in "ab":
+        (tmp_path / f"{name}.txt").write_text("blades 6\n")
+    said = rackfocus(*words, cwd=tmp_path, env=env, code=1).stderr
+    assert said.count("is given twice") == 1
