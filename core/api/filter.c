@@ -244,7 +244,7 @@ static rf_result check_view(const struct rf_frame *f, const struct rf_view *view
         result = rf_fail(error, RF_ERROR_ARGUMENT, "out",
                          "out has %d channels and colour %d: give both the same",
                          out->channels, view->colour.channels);
-    if (result == RF_OK && view->behind_colour.data)
+    if (result == RF_OK && (view->behind_colour.data || view->behind_depth.data))
         result = check_behind(f, view, error);
     if (result == RF_OK && view->mean_depth.data)
         result = rf_image_check_one(&view->mean_depth, "mean_depth", f->width,

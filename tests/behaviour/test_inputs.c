@@ -521,6 +521,10 @@ static void a_depth_of_three_channels_is_refused(void)
             "3 channels");
     REFUSED(rf_filter_process(v.filter, &behind, 1, &v.to, NULL, &error),
             "behind_depth", "3 channels");
+    behind.behind_colour.data = NULL; /* forgotten, which was taken for not known */
+    behind.behind_depth = v.view.depth;
+    REFUSED(rf_filter_process(v.filter, &behind, 1, &v.to, NULL, &error),
+            "behind_colour", "has no pixels");
     REFUSED(rf_filter_process(v.filter, &seen, 1, &v.to, NULL, &error), "seen",
             "3 channels");
     REFUSED(rf_filter_survey(v.filter, &bad, &all, &all, &survey, &error), "depth",

@@ -532,7 +532,7 @@ struct rf_view {
      * What lies behind the visible surfaces, as other frames or a second layer show it:
      * colours like `colour`, and planar distances in scene units, whatever
      * params.depth says; NAN or 0 where nothing is known. It takes the place of
-     * estimates (fill_hidden) where the lens looks behind something. data NULL: nothing
+     * estimates (fill_hidden) where the lens looks behind something. Both data NULL: nothing
      * is known. Read by `layered` and `views`, but not by quality preview; windows
      * refuse it (RF_ERROR_ARGUMENT). Since 0.1.
      */
