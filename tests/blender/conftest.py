@@ -246,7 +246,8 @@ def dist():
     """Folder with the two zips, freshly built."""
     if not (BUILD / "build.ninja").exists():
         call("meson", "setup", BUILD, ROOT)
-    call("meson", "configure", BUILD, "-Dpython=enabled")
+    if not (BUILD / "plugin/_core.abi3.so").exists():
+        call("meson", "configure", BUILD, "-Dpython=enabled")
     call("ninja", "-C", BUILD, "plugin/_core.abi3.so")
     folder = WORK / "dist"
     shutil.rmtree(folder, ignore_errors=True)
