@@ -9,8 +9,8 @@ from conftest import SCENE, read_exr
 
 INI = """; an animation
 Input_File_Name=s.pov
-Width = 80
-Height=60
+Width = 40
+Height=30
 +KFF4 Initial_Frame=1
 [late]
 Subset_Start_Frame=3
@@ -37,7 +37,7 @@ def test_initialisation_files(rackfocus, tmp_path):
     to = ["-o", "frames/o.exr"]
     alone = frames_of(rackfocus, tmp_path, "anim.ini", *to)
     assert list(alone) == [f"o000{i}.exr" for i in (1, 2, 3, 4)]
-    frames = ["--frames", "1-4", "--", "+W80", "+H60"]
+    frames = ["--frames", "1-4", "--", "+W40", "+H30"]
     for arguments in (["s.pov", *to, "--", "anim.ini"], ["s.pov", *to, *frames]):
         found = frames_of(rackfocus, tmp_path, *arguments)
         assert list(found) == list(alone)
