@@ -79,14 +79,14 @@ def what_mirrors_show_in_several_views():
     _mirror_before_cubes(scene)
     data.dof.aperture_fstop, data.dof.use_dof = 0.1, True
     inner = np.s_[10:-10, 10:-10, :3]
-    data.rack_focus.enabled, scene.cycles.samples = False, 400
+    data.rack_focus.enabled, scene.cycles.samples = False, 128
     own = shot(scene, "mv.exr")[inner]
-    data.rack_focus.enabled, scene.cycles.samples = True, 64
+    data.rack_focus.enabled, scene.cycles.samples = True, 32
     has_denoiser = common.V >= (4, 2, 0)  # Debian's 3.4 has none
     for is_denoised in (False, True) if has_denoiser else (False,):
         scene.cycles.use_denoising, apart = is_denoised, []
         if is_denoised:  # four tell each other's distances
-            data.rack_focus.views, scene.cycles.samples = 4, 32
+            data.rack_focus.views, scene.cycles.samples = 4, 16
         for data.rack_focus.mirrors in (False, True):
             made = shot(scene, "mv.exr")[inner]
             assert not last_message(scene), last_message(scene)
