@@ -143,8 +143,8 @@ def drag_the_focus():
     )
     x, y = on_display(region, *place)
     yield from hands("mousemove", x, y - 20, "sleep", 0.5, "mousedown", 1)
-    for step in range(1, 9):
-        yield from hands("mousemove", x, y - 20 - 8 * step)
+    for step in range(1, 5):
+        yield from hands("mousemove", x, y - 20 - 16 * step)
         yield 0.05
     yield from hands("mouseup", 1)
     yield 0.5
@@ -157,7 +157,7 @@ def by_itself():
     """A change is followed without a button, once; the window goes on meanwhile."""
     scene = bpy.context.scene
     data, refocusing = scene.camera.data, addon("refocusing")
-    scene.render.resolution_x, scene.render.resolution_y = 1920, 1080
+    stepping.picture_size(scene, 1920, 1080)
     data.dof.aperture_fstop = 2.0
     data.rack_focus.quality = "preview"
     yield from render()
@@ -190,7 +190,7 @@ def by_itself():
 def finish():
     """As a job: another picture of the same lens, and nothing left."""
     scene = bpy.context.scene
-    scene.render.resolution_x, scene.render.resolution_y = 360, 240
+    stepping.picture_size(scene, 360, 240)
     yield from render()
     first = result("finish_first")
     FOUND["finish_done"] = list(bpy.ops.rack_focus.finish("INVOKE_DEFAULT", samples=2))
@@ -207,7 +207,7 @@ def finish():
 def node():
     """The node with sockets, behind a Denoise node, as a job; in its editor."""
     scene = bpy.context.scene
-    scene.render.resolution_x, scene.render.resolution_y = 720, 480
+    stepping.picture_size(scene, 720, 480)
     scene.camera.data.rack_focus.quality = "best"
     window().workspace = bpy.data.workspaces["Compositing"]
     yield 0.8

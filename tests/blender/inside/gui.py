@@ -111,7 +111,7 @@ def steps():
     common.make_base(OUT / "base.blend")
     yield from forbid_writing()
     scene = bpy.context.scene
-    scene.render.resolution_x, scene.render.resolution_y = 720, 480
+    stepping.picture_size(scene, 720, 480)
     scene.cycles.samples = 16
     data = scene.camera.data
     yield 0.5
@@ -252,7 +252,7 @@ def cancel():
     yield 1.0
     yield from until(lambda: not bpy.app.is_job_running("RENDER"), "quiet")
     ENDS.clear()
-    scene.render.resolution_x, scene.render.resolution_y = 1920, 1280
+    stepping.picture_size(scene, 1920, 1280)
     scene.cycles.samples = 1
     scene.camera.data.dof.aperture_fstop = 0.06
     engine = addon("engine").RackFocusEngine

@@ -191,4 +191,4 @@ if bpy.app.background:
 else:
     import stepping
 
-    stepping.play(with_a_window())
+    stepping.play(with_a_window(), is_smooth=True)

@@ -321,4 +321,4 @@ def off():
     yield from screenshot("off_again")
 
 
-stepping.play(steps())
+stepping.play(steps(), is_smooth=True)

@@ -93,4 +93,4 @@ def steps():
         FOUND[f"{kind}_size"] = view().depth.shape[::-1]
 
 
-stepping.play(steps())
+stepping.play(steps(), is_smooth=True)
