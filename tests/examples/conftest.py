@@ -15,7 +15,9 @@ BUILD = Path(os.environ.get("RACKFOCUS_BUILD", ROOT / "build"))
 @pytest.fixture(scope="session")
 def installed(tmp_path_factory):
     """Folder in which everything was installed; the files lie under its prefix."""
-    subprocess.run(["meson", "configure", BUILD, "-Dpython=enabled"], check=True)
+    # Other suites use the build meanwhile: ./dev test has configured it.
+    if not (BUILD / "plugin" / "_core.abi3.so").exists():
+        subprocess.run(["meson", "configure", BUILD, "-Dpython=enabled"], check=True)
     subprocess.run(["ninja", "-C", BUILD], check=True, capture_output=True)
     folder = tmp_path_factory.mktemp("installed")
     command = ["meson", "install", "-C", BUILD, "--no-rebuild", "--destdir", folder]
