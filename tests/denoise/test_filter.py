@@ -279,3 +279,14 @@ def test_a_sequence_is_made_anew_with_it(clean, tmp_path):
     first = (tmp_path / "out.0001.exr").read_bytes()
     clean("filter", *names, "--denoise")
     assert (tmp_path / "out.0001.exr").read_bytes() != first
+
+
+def test_more_of_the_lens_is_told_apart(clean, tmp_path):
+    """16 sub-apertures beside the denoiser, unless something else is asked for."""
+    out, made = tmp_path / "out.exr", {}
+    for n in (None, 16, 4):
+        more = ["--sub-apertures", n] if n else []
+        clean("filter", POSTS, "-o", out, "--type", "float", "--denoise", *more)
+        made[n] = read(out)[0]
+    assert np.array_equal(made[None], made[16])
+    assert not np.array_equal(made[None], made[4])
