@@ -278,13 +278,13 @@ static const struct option *find_option(const struct command *command, const cha
     return NULL;
 }
 
-/* The parameter with exactly this key; fields, with underscores, are no options. */
+/* The parameter of this name; fields, with underscores, are no options. */
 static const struct rf_param_info *find_param(const struct command *command,
                                               const char *name)
 {
     const struct rf_param_info *info =
         command->takes_params ? rf_param_find(name) : NULL;
-    return info && strcmp(info->key, name) == 0 ? info : NULL;
+    return info && !strchr(name, '_') ? info : NULL;
 }
 
 static int parse_long(struct parser *parser, const char *argument)

@@ -99,8 +99,18 @@ const struct rf_param_info *rf_param_at(size_t i)
     return i < N_PARAMS ? &table[i] : NULL;
 }
 
+/* What lens makers call a parameter; its own name is written. */
+static const struct {
+    const char *name, *key;
+} other_names[] = {{"squeeze", "pixel-aspect"}};
+
+enum { N_OTHER_NAMES = sizeof other_names / sizeof other_names[0] };
+
 const struct rf_param_info *rf_param_find(const char *name)
 {
+    for (size_t i = 0; name && i < N_OTHER_NAMES; i++)
+        if (!strcmp(name, other_names[i].name))
+            name = other_names[i].key;
     for (size_t i = 0; name && i < N_PARAMS; i++)
         if (!strcmp(name, table[i].key) || !strcmp(name, table[i].field))
             return &table[i];

@@ -33,6 +33,15 @@ def test_a_look_is_its_options_and_typed_ones_win(rackfocus, scene, tmp_path):
     assert numpy.array_equal(look, typed)
 
 
+def test_squeeze_is_pixel_aspect(rackfocus, scene, tmp_path):
+    aspect = made(rackfocus, scene, tmp_path, "--pixel-aspect", "2")
+    assert not numpy.array_equal(aspect, made(rackfocus, scene, tmp_path))
+    lens = tmp_path / "lens.params"
+    lens.write_text("squeeze 2\n")
+    for options in ("--squeeze", "2"), ("--params", lens):
+        assert numpy.array_equal(aspect, made(rackfocus, scene, tmp_path, *options))
+
+
 def test_a_look_of_ones_own(rackfocus, scene, tmp_path, monkeypatch):
     folder = tmp_path / "config/rackfocus/looks"
     folder.mkdir(parents=True)

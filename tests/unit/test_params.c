@@ -76,6 +76,7 @@ static void found_by_key_and_field(void)
         check_row(rf_param_find(rows[i].key) == &rows[i], &rows[i], "by key");
         check_row(rf_param_find(rows[i].field) == &rows[i], &rows[i], "by field");
     }
+    CHECK(rf_param_find("squeeze") == rf_param_find("pixel-aspect"));
     CHECK(rf_param_find("no-such-thing") == NULL);
     CHECK(rf_param_find("") == NULL);
     CHECK(rf_param_find(NULL) == NULL);

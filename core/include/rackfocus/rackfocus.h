@@ -192,7 +192,10 @@ RF_API const struct rf_param_info *rf_param_list(size_t *n);
 /** The i-th parameter in the order of params.def, or NULL beyond the last. Since 0.1. */
 RF_API const struct rf_param_info *rf_param_at(size_t i);
 
-/** The parameter with this key or field name, or NULL. */
+/**
+ * The parameter with this key or field name, or NULL. The picture's `squeeze` is another
+ * name of pixel-aspect, here and wherever a name is taken.
+ */
 RF_API const struct rf_param_info *rf_param_find(const char *name);
 
 /**
