@@ -131,7 +131,8 @@ FIELDS = {
     "lens_seed": ("Lens Seed", "Start of the random numbers"),
     "blade_curvature": (
         "Blade Curvature",
-        "How round the blades' edges are: 0 straight, 1 the circle through the corners",
+        "How round the blades' edges are: 0 straight, 1 the circle through the corners, "
+        "below 0 hollow",
     ),
     "cat_eye": (
         "Cat's Eyes",

@@ -75,9 +75,13 @@ static rf_result make_bokeh(struct rf_filter *f, const struct rf_image *distribu
     rf_result result = RF_OK;
     if (distribution)
         result = rf_bokeh_make(&f->bokeh, frame->context, distribution, error);
-    if (result == RF_OK && frame->params.obstruction > 0)
-        result = rf_bokeh_make_ring(&f->ring, frame->context, frame->params.obstruction,
-                                    error);
+    struct rf_hollow hollow = {.n = 0};
+    if (rf_method_find(frame->params.method)->has_layers)
+        rf_hollow_init(&hollow, &frame->params);
+    f->frame.is_hollow = hollow.n > 0;
+    if (result == RF_OK && (frame->params.obstruction > 0 || hollow.n > 0))
+        result = rf_bokeh_make_hollow(&f->ring, frame->context, &hollow,
+                                      frame->params.obstruction, error);
     frame->bokeh = f->bokeh;
     frame->ring = f->ring;
     return result;

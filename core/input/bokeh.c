@@ -20,6 +20,7 @@
 #include "base/math.h"
 #include "base/pool.h"
 #include "input/image.h"
+#include "lens/aperture.h"
 #include "rackfocus/rackfocus.h"
 
 static double value_at(const struct rf_image *image, int x, int y, int plane)
@@ -148,8 +149,37 @@ static float share_outside(int x, int y, double hole2)
     return (float)n / (RING_PARTS * RING_PARTS);
 }
 
-rf_result rf_bokeh_make_ring(struct rf_bokeh **bokeh, const struct rf_context *context,
-                             double hole, struct rf_error *error)
+/*
+ * The share of what lies in the polygon of a pixel that hollow blades and the hole leave:
+ * what a footprint cuts at the polygon's edges is not cut twice.
+ */
+static float share_of_hollow(const struct rf_hollow *hollow, int x, int y, double hole)
+{
+    double size = RING_PX / 2.0, wide = 1 / size, beside, beyond = -1;
+    double u = (x + 0.5) / size - 1, v = 1 - (y + 0.5) / size;
+    double within = rf_hollow_within(hollow, u, v, &beside);
+    if (hole > 0)
+        beyond = rf_length(u, v) - hole;
+    bool is_near = fabs(within) <= wide || fabs(beside) <= wide || fabs(beyond) <= wide;
+    if (!is_near)
+        return within > 0 && beside > 0 && (hole == 0 || beyond > 0);
+    int n = 0, n_within = 0;
+    for (int i = 0; i < RING_PARTS * RING_PARTS; i++) {
+        int column = i % RING_PARTS, row = i / RING_PARTS;
+        u = (x + (column + 0.5) / RING_PARTS) / size - 1;
+        v = 1 - (y + (row + 0.5) / RING_PARTS) / size;
+        if (!(rf_hollow_within(hollow, u, v, &beside) > 0))
+            continue;
+        n_within++;
+        n += beside > 0 && u * u + v * v >= hole * hole;
+    }
+    return n > 0 ? (float)n / (float)n_within : 0;
+}
+
+rf_result rf_bokeh_make_hollow(struct rf_bokeh **bokeh,
+                               const struct rf_context *context,
+                               const struct rf_hollow *hollow, double hole,
+                               struct rf_error *error)
 {
     size_t n = (size_t)RING_PX * RING_PX;
     float *light = rf_alloc(context, n, sizeof *light);
@@ -158,11 +188,19 @@ rf_result rf_bokeh_make_ring(struct rf_bokeh **bokeh, const struct rf_context *c
         return rf_fail_memory(error, n, sizeof *light);
     for (int y = 0; y < RING_PX; y++)
         for (int x = 0; x < RING_PX; x++)
-            light[y * RING_PX + x] = share_outside(x, y, hole * hole);
+            light[y * RING_PX + x] = hollow->n > 0 ? share_of_hollow(hollow, x, y, hole)
+                                                   : share_outside(x, y, hole * hole);
     const struct rf_image picture = rf_image_packed(light, RING_PX, RING_PX, 1);
     rf_result result = rf_bokeh_make(bokeh, context, &picture, error);
     rf_free(context, light);
     return result;
+}
+
+rf_result rf_bokeh_make_ring(struct rf_bokeh **bokeh, const struct rf_context *context,
+                             double hole, struct rf_error *error)
+{
+    const struct rf_hollow none = {.n = 0};
+    return rf_bokeh_make_hollow(bokeh, context, &none, hole, error);
 }
 
 static size_t plane_bytes(const struct rf_bokeh *d)

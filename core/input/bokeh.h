@@ -6,6 +6,7 @@
 #include <stdbool.h>
 
 #include "base/context.h"
+#include "lens/aperture.h"
 #include "rackfocus/rackfocus.h"
 
 struct rf_bokeh {
@@ -25,6 +26,12 @@ rf_result rf_bokeh_make(struct rf_bokeh **bokeh, const struct rf_context *contex
  * and even around it, as far as the aperture reaches. */
 rf_result rf_bokeh_make_ring(struct rf_bokeh **bokeh, const struct rf_context *context,
                              double hole, struct rf_error *error);
+
+/* The same of hollow blades, whose shape is their polygon; `hole` may be 0. */
+rf_result rf_bokeh_make_hollow(struct rf_bokeh **bokeh,
+                               const struct rf_context *context,
+                               const struct rf_hollow *hollow, double hole,
+                               struct rf_error *error);
 
 /* A distribution of one plane of another, which is to be freed. */
 rf_result rf_bokeh_copy_plane(struct rf_bokeh **copy, const struct rf_context *context,

@@ -30,7 +30,9 @@ struct rf_frame {
     int width, height; /* of the pixels at hand */
     struct rf_place place;
     const struct rf_bokeh *bokeh; /* of the distribution image; NULL: none */
-    const struct rf_bokeh *ring;  /* what an obstruction leaves; NULL: there is none */
+    const struct rf_bokeh
+        *ring;      /* what an obstruction and hollow blades leave; NULL: all */
+    bool is_hollow; /* the ring's blades are */
     /* Of a picture that is made colour by colour: 1 to 3, red to blue; 0: all at once.
      */
     int colour;
@@ -72,7 +74,8 @@ static inline const struct rf_bokeh *rf_frame_bokeh(const struct rf_frame *f)
 /* The obstruction that this picture is the ring of; 0: it is another, or none. */
 static inline double rf_frame_obstruction(const struct rf_frame *f)
 {
-    return f->ring && rf_frame_bokeh(f) == f->ring ? f->params.obstruction : 0;
+    bool is_ring = f->ring && rf_frame_bokeh(f) == f->ring && !f->is_hollow;
+    return is_ring ? f->params.obstruction : 0;
 }
 
 /* The plane of that picture that the blur is to have. */

@@ -64,10 +64,11 @@ static void shape_curved(struct rf_shape *shape, const struct rf_params *params)
     }
 }
 
+/* The sagitta of less is below a thousandth of the radius for any blades. */
+static const double STRAIGHT = 1e-3;
+
 static void shape_polygon(struct rf_shape *shape, const struct rf_params *params)
 {
-    /* The sagitta of less is below a thousandth of the radius for any blades. */
-    static const double STRAIGHT = 1e-3;
     if (params->blade_curvature > STRAIGHT) {
         shape_curved(shape, params);
         return;
@@ -98,6 +99,86 @@ static const shape_fn shapes[] = {
     [RF_APERTURE_POLYGON] = shape_polygon,
     [RF_APERTURE_IMAGE] = shape_image,
 };
+
+/* ---- hollow blades --------------------------------------------------------------- */
+
+void rf_hollow_init(struct rf_hollow *hollow, const struct rf_params *params)
+{
+    bool is_polygon = params->aperture == RF_APERTURE_POLYGON ||
+                      (params->aperture == RF_APERTURE_AUTO && params->blades >= 3);
+    *hollow = (struct rf_hollow){.n = 0};
+    if (!is_polygon || !(params->blade_curvature < -STRAIGHT))
+        return;
+    hollow->n = params->blades;
+    double a = RF_PI / hollow->n, sagitta = -params->blade_curvature * (1 - cos(a));
+    hollow->edge = cos(a);
+    hollow->r = (sin(a) * sin(a) + sagitta * sagitta) / (2 * sagitta);
+    hollow->m = hollow->edge - sagitta + hollow->r;
+    for (int i = 0; i < hollow->n; i++) {
+        double turn = first_corner(params) + a + 2 * a * i;
+        hollow->normal[i][0] = cos(turn);
+        hollow->normal[i][1] = sin(turn);
+    }
+}
+
+double rf_hollow_within(const struct rf_hollow *hollow, double u, double v,
+                        double *beside)
+{
+    double far = -INFINITY;
+    for (int i = 0; i < hollow->n; i++) {
+        const double *n = hollow->normal[i];
+        double along = u * n[0] + v * n[1];
+        if (along <= far)
+            continue;
+        far = along;
+        *beside = rf_length(along - hollow->m, v * n[0] - u * n[1]) - hollow->r;
+    }
+    return hollow->edge - far;
+}
+
+/*
+ * The angle at an arc's middle whose corner takes this share, -1 to 1, of the area of the
+ * half sector: A(t) = (m R sin t - R^2 t) / 2, which grows as far as the arc is seen from
+ * the middle of the lens.
+ */
+static double angle_of_share(const struct rf_hollow *h, double most, double share)
+{
+    enum { N_HALVINGS = 50 };
+    double from = -most, to = most;
+    double want = share * (h->m * sin(most) - h->r * most);
+    for (int i = 0; i < N_HALVINGS; i++) {
+        double t = (from + to) / 2;
+        *(h->m * sin(t) - h->r * t < want ? &from : &to) = t;
+    }
+    return (from + to) / 2;
+}
+
+/* The angle at which an arc ends: at a corner, or where it meets its neighbour. */
+static double end_of_arc(const struct rf_hollow *h)
+{
+    double a = RF_PI / h->n, along = h->m * cos(a);
+    double rho = along - sqrt(fmax(along * along - h->m * h->m + h->r * h->r, 0));
+    return atan2(rho * sin(a), h->m - rho * cos(a));
+}
+
+bool rf_shape_hollow_out(struct rf_shape *shape, const struct rf_params *params)
+{
+    struct rf_hollow h;
+    rf_hollow_init(&h, params);
+    if (h.n == 0)
+        return false;
+    int n_arc = RF_DISC_CORNERS / h.n;
+    double most = end_of_arc(&h);
+    shape->n_corners = h.n * n_arc;
+    for (int i = 0; i < shape->n_corners; i++) {
+        const double *n = h.normal[i / n_arc];
+        double at = angle_of_share(&h, most, 2.0 * (i % n_arc) / n_arc - 1);
+        double x = h.m - h.r * cos(at), y = h.r * sin(at);
+        shape->corner[i][0] = (x * n[0] - y * n[1]) / shape->ratio;
+        shape->corner[i][1] = x * n[1] + y * n[0];
+    }
+    return true;
+}
 
 void rf_shape_init(struct rf_shape *shape, const struct rf_params *params)
 {

@@ -15,6 +15,7 @@
 enum {
     RF_DISC_CORNERS = 128,
     RF_LOOK_CORNERS = 104, /* that looks add at the most */
+    RF_MAX_BLADES = 16,
     RF_MAX_CORNERS = RF_DISC_CORNERS + RF_MAX_VIEWS + RF_LOOK_CORNERS,
 };
 
@@ -35,6 +36,31 @@ struct rf_shape {
 };
 
 void rf_shape_init(struct rf_shape *shape, const struct rf_params *params);
+
+/*
+ * What hollow blades leave of their polygon: what lies outside of the circles whose arcs
+ * are its edges, of radius R and with middles at the distance m along the edges' normals.
+ */
+struct rf_hollow {
+    int n; /* blades; 0: none is hollow */
+    double normal[RF_MAX_BLADES][2];
+    double edge; /* of the polygon: its distance from the middle of the lens */
+    double m, r;
+};
+
+void rf_hollow_init(struct rf_hollow *hollow, const struct rf_params *params);
+
+/* How far the polygon's edge is beyond (u, v), at which *beside receives how far (u, v)
+ * is outside of the circle of that edge; aperture_ratio is not in it. */
+double rf_hollow_within(const struct rf_hollow *hollow, double u, double v,
+                        double *beside);
+
+/*
+ * Gives the shape the outline of hollow blades and returns true, where they are so: corners so that the
+ * triangles of neighbours and the middle have equal areas. It is not convex: for points
+ * of the lens only.
+ */
+bool rf_shape_hollow_out(struct rf_shape *shape, const struct rf_params *params);
 
 /* Does spherical aberration make footprints of this side of the focus larger? Those of
  * parts are moved as well, to either side. */

@@ -20,7 +20,7 @@
  * An obstruction of the share o of the radius leaves the ring outside of it: a radius
  * rho is sqrt(o^2 + (1 - o^2) rho^2) then.
  *
- * Curved blades are polygons of more corners. The polygon's map keeps shares of area: a
+ * Curved and hollow blades are polygons of more corners. The polygon's map keeps shares of area: a
  * point's radius says how much of the triangle (centre, C_k, C_k+1) lies nearer to the
  * centre, t cuts it lengthwise. The random numbers make each point's place uniform over
  * the lens, so that the mean over frames is that of the whole lens. The circle is a lens
@@ -77,6 +77,7 @@ struct pattern {
     struct random random;
     double half, turn; /* h and a */
     double obstruction;
+    bool is_hollow; /* its blades are */
 };
 
 /* A radius of the whole lens to what an obstruction leaves, in equal shares of area. */
@@ -138,7 +139,7 @@ static void place_ring(struct pattern *p, struct rf_lens_point *points)
 {
     int kind = p->n - LEAST_OF_RING;
     for (int i = 0; i < p->n; i++)
-        (p->n == LEAST_OF_RING ? put_on_disc : put_on_shape)(
+        (p->n == LEAST_OF_RING && !p->is_hollow ? put_on_disc : put_on_shape)(
             p, RINGS[kind].radius, RINGS[kind].angle + 2 * RF_PI * i / p->n,
             &points[i]);
 }
@@ -259,6 +260,7 @@ rf_result rf_lens_points(const struct rf_params *params, int32_t n, int32_t fram
                         .obstruction =
                             own.aperture == RF_APERTURE_IMAGE ? 0 : own.obstruction};
     rf_shape_init(&p.shape, &own);
+    p.is_hollow = rf_shape_hollow_out(&p.shape, &own);
     if (own.lens_random) {
         p.half = draw(&p.random);
         p.turn = 2 * RF_PI * draw(&p.random);

@@ -340,6 +340,9 @@ void rf_params_complete(struct rf_params *full, const struct rf_params *params)
     full->size = sizeof *full;
 }
 
+/* At -1 three arcs meet in the middle, and nothing is open. */
+static const double LEAST_OF_THREE = -0.9;
+
 rf_result rf_params_check_ranges(const struct rf_params *params, struct rf_error *error)
 {
     const rf_result size_result = check_size(params, error);
@@ -359,5 +362,10 @@ rf_result rf_params_check_ranges(const struct rf_params *params, struct rf_error
         return rf_fail(error, RF_ERROR_PARAMETER, "blades",
                        "a polygon of %d blades: give 3 to 16%s", params->blades,
                        is_polygon ? "" : ", or 0 for a disc");
+    if (params->blades == 3 && params->blade_curvature < LEAST_OF_THREE)
+        return rf_fail(error, RF_ERROR_PARAMETER, "blade_curvature",
+                       "blade-curvature is %g, but the edges of 3 blades meet in the "
+                       "middle below %g: give more, or 4 blades and more",
+                       params->blade_curvature, LEAST_OF_THREE);
     return RF_OK;
 }

@@ -333,7 +333,9 @@ static const char *read_blades(const struct rf_params *p)
         return NULL;
     if (read_aperture(p))
         return read_aperture(p);
-    return p->aperture == RF_APERTURE_DISC ? "not read with aperture disc" : NULL;
+    return p->aperture == RF_APERTURE_DISC    ? "not read with aperture disc"
+           : p->aperture == RF_APERTURE_IMAGE ? "not read with aperture image"
+                                              : NULL;
 }
 
 static const char *read_polygon(const struct rf_params *p)

@@ -19,8 +19,9 @@ struct look {
     double cat_eye, astigmatism, swirl, door[4]; /* left, right, top, bottom */
     double ratio, obstruction;
     int blades;
-    double bend_px; /* what curvature of field adds to radii in a corner */
-    bool is_wide;   /* its lamps are far wider than their radius */
+    double turn, curvature; /* of the blades: radians; 0 and below: hollow */
+    double bend_px;         /* what curvature of field adds to radii in a corner */
+    bool is_wide;           /* its lamps are far wider than their radius */
 };
 
 /* A lamp at (x, y) of a black picture. */
@@ -51,9 +52,18 @@ static bool is_open(const struct look *look, double u, double v, const double q[
             return false;
     if (look->blades == 0)
         return p[0] * p[0] + p[1] * p[1] <= 1;
+    const double half = 3.14159265358979324 / look->blades;
+    double depth = -look->curvature * (1 - cos(half)); /* of the arcs */
     for (int i = 0; i < look->blades; i++) {
-        double a = 2 * 3.14159265358979324 * i / look->blades;
-        if (p[0] * cos(a) + p[1] * sin(a) > cos(3.14159265358979324 / look->blades))
+        double a = 2 * half * i + look->turn;
+        double x = p[0] * cos(a) + p[1] * sin(a);
+        if (x > cos(half))
+            return false;
+        /* Thales: beyond the arc the chord is seen at a wider angle. */
+        double y = p[1] * cos(a) - p[0] * sin(a);
+        double reach = cos(half) - x, w = sin(half);
+        if (depth > 0 &&
+            reach * reach + y * y - w * w < reach * (depth - w * w / depth))
             return false;
     }
     return true;
@@ -121,6 +131,8 @@ static void look_params(struct rf_params *p, const struct look *look, int method
     p->aperture_ratio = look->ratio;
     p->obstruction = look->obstruction;
     p->blades = look->blades;
+    p->blade_curvature = look->curvature;
+    p->blade_rotation = look->turn * 180 / 3.14159265358979324;
     p->aperture = look->blades ? RF_APERTURE_POLYGON : RF_APERTURE_DISC;
     p->cat_eye_exposure = RF_EXPOSURE_KEEP;
     p->field_curvature = look->bend_px / 40000 /* px per 1 / distance */;
@@ -295,6 +307,29 @@ static void blades_and_ratio(void)
 {
     const struct look look = {"blades", .cat_eye = 0.8, .ratio = 1.5, .blades = 6};
     check_look(&look, RF_METHOD_LAYERED, 40);
+}
+
+/* Edges are arcs that bulge inwards, at every radius; with other looks at some. */
+static void hollow_blades(void)
+{
+    static const struct look looks[] = {
+        {"5 hollow blades", .blades = 5, .turn = 0.2, .curvature = -0.5, .ratio = 1},
+        {"9 hollow blades", .blades = 9, .curvature = -0.5, .ratio = 1},
+        {"3 hollow blades", .blades = 3, .curvature = -0.5, .ratio = 1},
+        {"4 as hollow as can be", .blades = 4, .curvature = -1, .ratio = 1},
+        {"hollow, oval, cat's eyes", .cat_eye = 0.8, .blades = 5, .curvature = -0.7,
+         .ratio = 1.5},
+        {"hollow, ring, swirl", .swirl = 0.4, .obstruction = 0.4, .blades = 6,
+         .turn = 0.2, .curvature = -0.5, .ratio = 1},
+    };
+    for (int i = 0; i < 2; i++)
+        for (int k = 0; k < N_RADII; k += 1 + 2 * i)
+            check_lamps(&looks[i], RF_METHOD_LAYERED, RADII[k], CENTRE, 1);
+    for (size_t i = 2; i < sizeof looks / sizeof *looks; i++) {
+        check_lamps(&looks[i], RF_METHOD_LAYERED, 5, CORNER, 1);
+        check_lamps(&looks[i], RF_METHOD_LAYERED, -40, CORNER, 1);
+        check_lamps(&looks[i], RF_METHOD_LAYERED, 40, CENTRE, 1);
+    }
 }
 
 enum { SIDE = 221, MIDDLE = SIDE / 2 };
@@ -746,6 +781,7 @@ int main(int argc, char **argv)
     TEST(stretched_rings);
     TEST(doors);
     TEST(blades_and_ratio);
+    TEST(hollow_blades);
     TEST(spherical_aberration);
     TEST(the_sign_of_the_rims);
     TEST(aberration_keeps_within_its_tiles);

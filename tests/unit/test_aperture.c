@@ -176,6 +176,23 @@ static void curvature_makes_edges_arcs(void)
     CHECK(s.n_corners == 5);
 }
 
+/* Three arcs of -1 meet in the middle; four leave a star. */
+static void hollow_blades_leave_an_opening(void)
+{
+    struct rf_params p;
+    struct rf_error error;
+    rf_params_init(&p);
+    p.blades = 3;
+    p.blade_curvature = -0.9;
+    CHECK(rf_params_check(&p, &error) == RF_OK);
+    p.blade_curvature = -0.91;
+    CHECK(rf_params_check(&p, &error) == RF_ERROR_PARAMETER);
+    CHECK(strcmp(error.field, "blade_curvature") == 0);
+    p.blades = 4;
+    p.blade_curvature = -1;
+    CHECK(rf_params_check(&p, &error) == RF_OK);
+}
+
 /* A new aperture is convex and counter-clockwise like these, whatever its name. */
 static void every_aperture_is_convex(void)
 {
@@ -432,6 +449,7 @@ int main(int argc, char **argv)
     TEST(ratio_divides_the_width);
     TEST(auto_takes_blades_where_given);
     TEST(curvature_makes_edges_arcs);
+    TEST(hollow_blades_leave_an_opening);
     TEST(every_aperture_is_convex);
     TEST(measures_of_a_cut_lens);
     TEST(parts_share_out_the_aperture);

@@ -81,6 +81,39 @@ static void equal_areas_hold_equally_many(void)
             }
 }
 
+/* Of hollow blades all points lie in the opening, and every side of it has its share. */
+static void hollow_blades_hold_equally_many(void)
+{
+    for (int blades = 3; blades < 10; blades += 2)
+        for (int pattern = 0; pattern < 2; pattern++) {
+            struct rf_params p = params_of(
+                pattern ? RF_LENS_PATTERN_GRID : RF_LENS_PATTERN_AUTO, blades, 17, 1.5);
+            struct rf_hollow h;
+            double beside, area = 0, outer = 0, points_outer = 0;
+            p.blade_curvature = -0.8;
+            rf_hollow_init(&h, &p);
+            for (int i = 0; i < 300 * 300; i++) {
+                double u = (i % 300 + 0.5) / 150 - 1, v = (i / 300 + 0.5) / 150 - 1;
+                bool is_open = rf_hollow_within(&h, u, v, &beside) > 0 && beside > 0;
+                area += is_open;
+                outer += is_open && u * u + v * v > 0.16;
+            }
+            REQUIRE(make(&p, 1024, 0));
+            for (int i = 0; i < 1024; i++) {
+                double u = points[i].u * 1.5, v = points[i].v;
+                CHECK(rf_hollow_within(&h, 0.99 * u, 0.99 * v, &beside) > 0);
+                CHECK(beside > 0);
+                points_outer += u * u + v * v > 0.16;
+            }
+            CHECK_NEAR(points_outer / 1024, outer / area, 0.015);
+            REQUIRE(make(&p, 2, 0));
+            for (int i = 0; i < 2; i++)
+                CHECK(rf_hollow_within(&h, points[i].u * 1.5, points[i].v, &beside) >
+                          0 &&
+                      beside > 0);
+        }
+}
+
 static void disc_is_vogels_spiral(void)
 {
     struct rf_params p = params_of(RF_LENS_PATTERN_DISC, 7, 0, 1); /* blades: unused */
@@ -369,6 +402,7 @@ int main(int argc, char **argv)
 {
     testing_begin(argc, argv);
     TEST(equal_areas_hold_equally_many);
+    TEST(hollow_blades_hold_equally_many);
     TEST(disc_is_vogels_spiral);
     TEST(two_face_each_other);
     TEST(few_are_near_to_all_of_the_lens);

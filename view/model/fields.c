@@ -42,7 +42,7 @@ static const struct {
     {"blades", NULL, FIELD_APERTURE, 0, 16, false},
     {"blade-rotation", "Rotation", FIELD_APERTURE, -180, 180, false},
     {"blade-orientation", "Orientation", FIELD_APERTURE, 0, 1, false},
-    {"blade-curvature", "Curvature", FIELD_APERTURE, 0, 1, false},
+    {"blade-curvature", "Curvature", FIELD_APERTURE, -1, 1, false},
     {"aperture-ratio", "Ratio", FIELD_APERTURE, 0.25, 4, true},
     {"cat-eye", "Cat's eye", FIELD_CHARACTER, 0, 1.5, false},
     {"cat-eye-exposure", "Vignetting", FIELD_CHARACTER, 0, 1, false},

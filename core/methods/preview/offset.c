@@ -24,6 +24,7 @@
 #include "methods/preview/offset.h"
 
 #include <math.h>
+#include <stdbool.h>
 #include <stddef.h>
 
 #include "base/math.h"
@@ -41,7 +42,7 @@ struct offset {
 };
 
 /* How far the outline of the shape is from its centre along (u, v), a unit vector. */
-static double outline(const struct rf_shape *shape, double u, double v)
+static double outline(const struct rf_shape *shape, bool is_hollow, double u, double v)
 {
     double least = INFINITY;
     if (shape->is_disc)
@@ -51,7 +52,8 @@ static double outline(const struct rf_shape *shape, double u, double v)
         const double *b = shape->corner[(i + 1) % shape->n_corners];
         double nx = b[1] - a[1], ny = a[0] - b[0]; /* outwards */
         double along = u * nx + v * ny;
-        if (along > 0)
+        bool is_there = a[0] * v - a[1] * u >= 0 && b[0] * v - b[1] * u <= 0;
+        if (along > 0 && (is_there || !is_hollow))
             least = fmin(least, (a[0] * nx + a[1] * ny) / along);
     }
     return least;
@@ -59,10 +61,12 @@ static double outline(const struct rf_shape *shape, double u, double v)
 
 static void place_copies(struct offset *o, const struct rf_frame *f)
 {
+    struct rf_shape shape = f->shape;
+    bool is_hollow = rf_shape_hollow_out(&shape, &f->params);
     o->n = f->params.copies;
     for (int i = 0; i < o->n; i++) {
         double angle = i * RF_PI * (3 - sqrt(5)), u = cos(angle), v = sin(angle);
-        double rho = sqrt((i + 0.5) / o->n) * outline(&f->shape, u, v);
+        double rho = sqrt((i + 0.5) / o->n) * outline(&shape, is_hollow, u, v);
         o->at[i][0] = (float)(rho * u);
         o->at[i][1] = (float)(-rho * v * f->shape.pixel_aspect);
     }
