@@ -365,7 +365,8 @@ def _merged(scene, is_clean):
     params = addon("lens").frame_parameters(
         scene.camera, scene.camera.data.rack_focus, scene.render, (width, height)
     )
-    made = library.Filter(width, height, **params)
+    parts = addon("views").DENOISED_SUB_APERTURES
+    made = library.Filter(width, height, **{"sub_apertures": parts, **params})
     means = [addon("passes").mean_depth(made, *one) for one in found]
     assert all(mean is not None for mean in means)
     views = [
