@@ -29,6 +29,7 @@ from .click import WaitsForClick, main_region
 from .library import rackfocus
 
 REST_S = 0.3
+EARLY_S = 0.2  # until a depth that was not drawn yet is looked for again
 REFINING = 4  # a view that only becomes less noisy rests so many times its cost
 MOVING = {"method": "box", "box_repeats": 2}
 AT_REST = {"method": "layered", "quality": "normal"}
@@ -56,6 +57,7 @@ class View:
         self.colour = None  # the same, of the size that is filtered
         self.depth = None  # buffer, rows downwards
         self.is_exact = False  # is that without what overlays left in it?
+        self.is_early = False  # had the engine drawn none yet?
         self.params = None  # keywords of the filter
         self.frame_shown = None  # of the scene, in the texture
         self.picture = None  # (height, width, 4), rows downwards: filtered, or a map
@@ -192,6 +194,7 @@ def _picture(context, settings, view, is_final):
 
 def _make(context, settings, view, has_moved, is_final):
     """The texture of a view, from view.whole; None where it shows nothing."""
+    view.is_early = False
     camera = context.scene.camera
     if camera is None or camera.type != "CAMERA":
         raise viewport_gpu.ViewError(
@@ -208,6 +211,9 @@ def _make(context, settings, view, has_moved, is_final):
     times.append(time.perf_counter())
     if has_moved or view.depth is None or is_final and not view.is_exact:
         view.find_depth(context, size, is_final)
+    if not view.depth.any():  # on a busy machine, of Cycles in 3.4
+        view.depth, view.is_early = None, True
+        return None
     times.append(time.perf_counter())
     if not (view.depth < 1).any():
         return None
@@ -245,6 +251,8 @@ def _update(context, settings, view):
             is_preview = settings.show == "PICTURE" and settings.method == "automatic"
             view.is_final = is_final or view.is_exact and not is_preview
             view.due = None if view.is_final else view.changed_at + REST_S
+            if view.is_early:
+                view.is_final, view.due = False, now + EARLY_S
             view.frame_shown = context.scene.frame_current
             spent = time.perf_counter() - started
             view.rest_until = time.monotonic() + REFINING * spent

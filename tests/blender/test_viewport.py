@@ -124,6 +124,12 @@ def test_what_is_shown_is_the_picture_over_the_background(found):
     assert np.percentile(off[inside], 80) < 6 / 255
 
 
+def test_a_depth_that_comes_late_is_awaited(found):
+    values, _ = found
+    assert values["early_left"] == 0
+    assert values["early_off"] < 1e-5
+
+
 def test_maps(found):
     """Depth map, CoC and focus show something."""
     values, _ = found
