@@ -30,9 +30,8 @@ struct rf_frame {
     int width, height; /* of the pixels at hand */
     struct rf_place place;
     const struct rf_bokeh *bokeh; /* of the distribution image; NULL: none */
-    const struct rf_bokeh
-        *ring;      /* what an obstruction and hollow blades leave; NULL: all */
-    bool is_hollow; /* the ring's blades are */
+    const struct rf_bokeh *ring; /* what obstruction and hollow blades leave, or NULL */
+    bool is_hollow;              /* its blades are */
     /* Of a picture that is made colour by colour: 1 to 3, red to blue; 0: all at once.
      */
     int colour;

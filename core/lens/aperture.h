@@ -56,9 +56,9 @@ double rf_hollow_within(const struct rf_hollow *hollow, double u, double v,
                         double *beside);
 
 /*
- * Gives the shape the outline of hollow blades and returns true, where they are so: corners so that the
- * triangles of neighbours and the middle have equal areas. It is not convex: for points
- * of the lens only.
+ * Gives the shape the outline of hollow blades and returns true, where they are so:
+ * corners so that the triangles of neighbours and the middle have equal areas. It is not
+ * convex: for points of the lens and their outline only.
  */
 bool rf_shape_hollow_out(struct rf_shape *shape, const struct rf_params *params);
 

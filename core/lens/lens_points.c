@@ -20,9 +20,9 @@
  * An obstruction of the share o of the radius leaves the ring outside of it: a radius
  * rho is sqrt(o^2 + (1 - o^2) rho^2) then.
  *
- * Curved and hollow blades are polygons of more corners. The polygon's map keeps shares of area: a
- * point's radius says how much of the triangle (centre, C_k, C_k+1) lies nearer to the
- * centre, t cuts it lengthwise. The random numbers make each point's place uniform over
+ * Curved and hollow blades are polygons of more corners. The polygon's map keeps shares
+ * of area: a point's radius says how much of the triangle (centre, C_k, C_k+1) lies nearer
+ * to the centre, t cuts it lengthwise. The random numbers make each point's place uniform over
  * the lens, so that the mean over frames is that of the whole lens. The circle is a lens
  * that is all rim, as the source has it.
  *
