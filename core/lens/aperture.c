@@ -56,7 +56,8 @@ static void shape_curved(struct rf_shape *shape, const struct rf_params *params)
     double half = atan2(sin(a), cos(a) - middle);
     shape->n_corners = n * n_arc;
     for (int i = 0; i < shape->n_corners; i++) {
-        double turn = first_corner(params) + a + 2 * a * (i / n_arc);
+        int blade = i / n_arc;
+        double turn = first_corner(params) + a + 2 * a * blade;
         double at = half * (2.0 * (i % n_arc) / n_arc - 1);
         double x = middle + radius * cos(at), y = radius * sin(at);
         shape->corner[i][0] = x * cos(turn) - y * sin(turn);
