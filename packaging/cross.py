@@ -9,6 +9,7 @@ prints that folder last. What is needed is fetched once: zig (a clang that bring
 libraries of many systems, PyPI's ziglang), the sources of OpenEXR, libpng and zlib.
 """
 
+import fcntl
 import os
 import shutil
 import subprocess
@@ -139,7 +140,15 @@ def soon_compiled(platform):
 
 
 def configure(platform, is_for_tests=False):
-    """The folder of the build, ready for ninja."""
+    """The folder of the build, ready for ninja; one at a time, since what they fetch is
+    for all."""
+    BUILD.mkdir(parents=True, exist_ok=True)
+    with (BUILD / "cross.lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        return _configure(platform, is_for_tests)
+
+
+def _configure(platform, is_for_tests):
     for name in ("openexr", "libraries"):
         run(sys.executable, HERE / name / "get.py")
     folder = BUILD / (f"{platform}-tests" if is_for_tests else platform)
