@@ -9,6 +9,7 @@ prints that folder last. What is needed is fetched once: zig (a clang that bring
 libraries of many systems, PyPI's ziglang), the sources of OpenEXR, libpng and zlib.
 """
 
+import contextlib
 import fcntl
 import os
 import shutil
@@ -139,12 +140,20 @@ def soon_compiled(platform):
     return ["--cross-file", path]
 
 
+@contextlib.contextmanager
+def locked(name):
+    """Nobody else is at what has this name, of those who ask so, here or in another
+    process."""
+    BUILD.mkdir(parents=True, exist_ok=True)
+    with (BUILD / f"{name}.lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        yield
+
+
 def configure(platform, is_for_tests=False):
     """The folder of the build, ready for ninja; one at a time, since what they fetch is
     for all."""
-    BUILD.mkdir(parents=True, exist_ok=True)
-    with (BUILD / "cross.lock").open("w") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)
+    with locked("cross"):
         return _configure(platform, is_for_tests)
 
 
@@ -184,9 +193,11 @@ def programs_of(platform):
 
 
 def build(platform, targets=(), is_for_tests=False):
-    """Builds, and gives the folder."""
+    """Builds, and gives the folder. Two ninjas in one folder would write over each other's
+    objects: the second waits, and finds them made."""
     folder = configure(platform, is_for_tests)
-    run("nice", "ninja", "-C", folder, *(targets or programs_of(platform)))
+    with locked(folder.name):
+        run("nice", "ninja", "-C", folder, *(targets or programs_of(platform)))
     return folder
 
 
