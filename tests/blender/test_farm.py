@@ -9,8 +9,9 @@ import numpy as np
 import OpenImageIO as oiio
 import pytest
 from checked import Checked, names_of, read_rgba
-from conftest import INSIDE, call
+from conftest import INSIDE, call, only_in
 
+pytestmark = only_in("3.4", "4.2", "5.0", "newest")
 SCRIPT = "farm_checks.py"
 CHECKED = Checked(SCRIPT, "farm_results.json")
 MODULE = "bl_ext.user_default.rack_focus"

@@ -10,7 +10,7 @@ import pytest
 from checked import Checked, names_of, read_rgba
 from conftest import call, only_in
 
-pytestmark = only_in("3.4", "4.2", "5.0", "newest")
+pytestmark = only_in("3.4", "5.0", "newest")
 CHECKED = Checked("view_checks.py", "view_results.json")
 SAMPLING = Checked("sampling_checks.py", "sampling_results.json")
 
