@@ -367,7 +367,10 @@ class RackFocusEngine(bpy.types.RenderEngine):
             if limit_px is None:
                 picture[::-1] = first.colour
             if scale > 1:
-                picture, coc = supersample.to_size(source, scale, picture, coc)
+                spread_px = found[0][1].spread_px
+                picture, coc = supersample.to_size(
+                    source, scale, picture, coc, spread_px
+                )
                 depth = depth if depth is None else supersample.middle(depth, scale)
                 limit_px = limit_px and limit_px / scale
             problem = self._finish(frame, source, picture, limit_px, seconds)

@@ -19,7 +19,7 @@ from . import camera_objects, exr, freestyle, passes, sharp
 from .library import rackfocus
 
 OFFSET, SHEAR = "rackfocus:lensOffset", "rackfocus:shearDistance"
-TIME = "rackfocus:shutterTime"
+TIME, SPREAD = "rackfocus:shutterTime", "rackfocus:pixelSpread"
 NEW = ".new"  # behind the names of files until all of them are there
 SHARP = "sharp.coverage"  # channel: how much of a pixel stays sharp
 # of parameters that say what the camera was, and what it makes of the light
@@ -86,10 +86,12 @@ def lens_attributes(params):
 def place_attributes(place):
     """Header attributes, as bytes, of a passes.Place."""
     offset = struct.pack("<2f", *place.offset)
-    return (
-        exr.attribute(OFFSET, "v2f", offset)
-        + exr.attribute(SHEAR, "double", struct.pack("<d", place.shear_distance))
-        + exr.attribute(TIME, "double", struct.pack("<d", place.time))
+    numbers = {SHEAR: place.shear_distance, TIME: place.time}
+    if place.spread_px:
+        numbers[SPREAD] = place.spread_px
+    return exr.attribute(OFFSET, "v2f", offset) + b"".join(
+        exr.attribute(name, "double", struct.pack("<d", value))
+        for name, value in numbers.items()
     )
 
 
@@ -212,6 +214,7 @@ def _read(path):
         return layer, passes.MIDDLE
     shear = struct.unpack("<d", attributes[SHEAR])[0]
     time = struct.unpack("<d", attributes[TIME])[0]
+    spread = struct.unpack("<d", attributes.get(SPREAD, b"\0" * 8))[0]
     return layer, passes.Place(
-        struct.unpack("<2f", attributes[OFFSET]), shear, 1.0, time
+        struct.unpack("<2f", attributes[OFFSET]), shear, 1.0, time, spread
     )

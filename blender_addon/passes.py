@@ -46,6 +46,7 @@ class Place(NamedTuple):
     shear_distance: float  # scene units; 0: the camera was turned, not sheared
     depth_factor: float  # of its depth, to make it planar distance
     time: float  # within the shutter's time, 0 to 1
+    spread_px: float = 0.0  # radius of sampling.py's disc; 0: through a pixel filter
 
 
 MIDDLE = Place((0.0, 0.0), 0.0, 1.0, 0.5)

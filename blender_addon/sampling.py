@@ -14,10 +14,12 @@ views. Two things put them elsewhere:
     radius of the tiny lens = spread * z / (focal length in px), its focus z
 
 The variance of a disc of radius r is r^2 / 4 on each axis; merging adds that of placing
-the views between pixels. docs/notebook/rivals.md has the scores.
+the views between pixels. The parts of a supersampled pixel are pixels in all of this but
+for the disc, which is as large as ever: supersample.py takes it off what is left for the
+shrinking. docs/notebook/rivals.md has the scores.
 """
 
-from . import freestyle, group, passes
+from . import freestyle, group, passes, supersample
 from .writing import set_if_other
 
 OFFSET_SEED = 104729  # seeds apart of the views of one sample offset and the next
@@ -56,15 +58,15 @@ def samples_of_view(whole, n, each, scale=1):
 def is_needed(scene, data, samples, scale):
     """Is a view of a scene moved within its pixels?
 
-    data: of the user's camera; samples: of a view; scale: of a supersampled frame,
-    whose pixels are parted already.
+    data: of the user's camera; samples: of a view; scale: of a supersampled frame, where
+    the pixel filter has to be wide enough for it.
     """
     return (
         scene.render.engine == "CYCLES"
         and data.type == "PERSP"
         and data.rack_focus.method != "accumulate"  # all must stay in focus
         and 0 < samples <= FEW
-        and scale == 1
+        and (scale == 1 or supersample.leaves_room(scene, scale, spread_px(scene)))
     )
 
 
@@ -117,32 +119,41 @@ def why_no_depth(scene, depth):
     )
 
 
-def prepare(copy, scene, is_moved):
-    """Sets the pixel filter of a copy of a scene for a frame."""
+def spread_px(scene):
+    """Radius of the disc over which moved views spread a pixel, px of the asked size."""
+    return SPREAD * scene.cycles.filter_width
+
+
+def prepare(copy, scene, is_moved, scale):
+    """Sets the pixel filter of a copy of a scene for a frame; supersample.prepare() did
+    where the frame is supersampled and not moved."""
     own, ours = scene.cycles, copy.cycles
+    if scale > 1 and not is_moved:
+        return
     ours.pixel_filter_type = "BLACKMAN_HARRIS" if is_moved else own.pixel_filter_type
     ours.filter_width = NO_FILTER if is_moved else own.filter_width
 
 
-def plane_in_place(made):
+def plane_in_place(made, is_moved, scale):
     """Distance of the plane that stays in place in all views.
 
-    made: rackfocus.Lens. It is beyond the focus, where all beyond blurs by much more.
+    made: rackfocus.Lens; scale: of a supersampled frame. That of moved views is beyond the focus, where all beyond blurs by much more.
     """
     blur_px = made.lens_radius * made.focal_length_px
-    if not blur_px > 0:
+    if not is_moved or not blur_px > 0:
         return made.focus_distance
-    in_focus, off = 1 / made.focus_distance, OFF_FOCUS_PX / blur_px
+    in_focus, off = 1 / made.focus_distance, OFF_FOCUS_PX / scale / blur_px
     return 1 / (in_focus - off if in_focus > 2 * off else in_focus + off)
 
 
-def open_lens(data, made, filter_width):
+def open_lens(data, made, radius_px):
     """Gives a view's camera the tiny lens in place of the pixel filter.
 
-    data: bpy.types.Camera without a focus object; made: rackfocus.Lens; filter_width: of the user's scene, px.
+    data: bpy.types.Camera without a focus object; made: rackfocus.Lens; radius_px: from
+    spread_px().
     """
     close = CLOSE * made.focus_distance
-    radius = SPREAD * filter_width / made.focal_length_px * close / (1 - CLOSE)
+    radius = radius_px / made.focal_length_px * close / (1 - CLOSE)
     dof = data.dof
     set_if_other(dof, "focus_distance", close)
     set_if_other(dof, "aperture_fstop", data.lens * 1e-3 / (2 * radius))

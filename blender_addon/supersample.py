@@ -10,7 +10,10 @@ through the pixel filter of the scene: the lens and the pixel filter are both su
 light, so that their order does not matter.
 
     weight of the offset x, in px of the asked size: f(x k), k < 1/width such that the
-    variance of f and of the box of 1/N px are together that of the scene's filter
+    variance of f and of what the passes have are together that of the scene's filter
+
+The passes have that of a box of 1/N px; where sampling.py moves the views within these
+parts, that of its disc and of placing them between parts.
 """
 
 import numpy as np
@@ -19,6 +22,7 @@ from . import bodies, camera_objects, freestyle, group, lens, setup
 
 MOST = 4
 LARGEST_PX = 32768  # of a side, for Blender and the filter
+PLACING = 1 / 6  # variance of placing anywhere between two pixels by both, px^2
 
 
 # ---- what is asked for ------------------------------------------------------------
@@ -127,16 +131,37 @@ def _variance(function):
 FILTERS = {"BLACKMAN_HARRIS": (_blackman_harris, 1.0), "GAUSSIAN": (_gaussian, 1.5)}
 
 
-def weights(scale, kind, width):
+def _variance_of_passes(scale, spread_px):
+    """On each axis, px^2 of the asked size."""
+    if not spread_px:
+        return 1 / (12 * scale**2)
+    return spread_px**2 / 4 + PLACING / scale**2
+
+
+def leaves_room(scene, scale, spread_px):
+    """Is the pixel filter of a scene wider than moved views and the narrowest way to
+    shrink them are together?"""
+    kind, width = scene.cycles.pixel_filter_type, scene.cycles.filter_width
+    if kind not in FILTERS:
+        return False
+    function, reach = FILTERS[kind]
+    narrowest = 0 if scale % 2 else (0.5 / scale) ** 2
+    least = _variance_of_passes(scale, spread_px) + narrowest
+    return (reach * width) ** 2 * _variance(function) >= least
+
+
+def weights(scale, kind, width, spread_px=0.0):
     """Weights of the pixels of a side, from the leftmost, which sum to 1.
 
-    kind, width: Cycles' pixel_filter_type and filter_width.
+    kind, width: Cycles' pixel_filter_type and filter_width; spread_px: of views that are
+    moved within the parts of their pixels, 0: they are not.
     """
     if kind not in FILTERS:
         return np.full(scale, 1 / scale, np.float32)
     function, reach = FILTERS[kind][0], FILTERS[kind][1] * width
     variance = reach**2 * _variance(function)
-    reach *= np.sqrt(max(1 - 1 / (12 * scale**2) / variance, 0.1))
+    left = 1 - _variance_of_passes(scale, spread_px) / variance
+    reach *= np.sqrt(max(left, 0.1))
     half = max(int(np.ceil(reach * scale)), 1)
     # Pixels lie half a step off the middle of an even block.
     steps = (
@@ -165,10 +190,10 @@ def _shrink_side(picture, scale, taps, axis):
     return np.moveaxis(made, 0, axis)
 
 
-def taps_of(scene, scale):
+def taps_of(scene, scale, spread_px=0.0):
     """weights() for the pixel filter of a scene."""
     cycles = scene.cycles
-    return weights(scale, cycles.pixel_filter_type, cycles.filter_width)
+    return weights(scale, cycles.pixel_filter_type, cycles.filter_width, spread_px)
 
 
 def middle(plane, scale):
@@ -176,8 +201,11 @@ def middle(plane, scale):
     return plane[scale // 2 :: scale, scale // 2 :: scale]
 
 
-def to_size(scene, scale, picture, coc):
-    """A filtered picture and its CoC at the asked size; rows upwards as they come."""
-    small = shrink(picture[::-1], scale, taps_of(scene, scale))[::-1]
+def to_size(scene, scale, picture, coc, spread_px=0.0):
+    """A filtered picture and its CoC at the asked size; rows upwards as they come.
+
+    spread_px: of the places of the views.
+    """
+    small = shrink(picture[::-1], scale, taps_of(scene, scale, spread_px))[::-1]
     coc = middle(coc[::-1], scale)[::-1] / scale
     return np.ascontiguousarray(small), np.ascontiguousarray(coc)

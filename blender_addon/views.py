@@ -522,8 +522,7 @@ def _split_samples(scene, copy, index):
             layer.samples = sampling.samples_of_view(own.samples, n, each, scale)
     if scene.render.engine != "CYCLES":
         return
-    if scale == 1:
-        sampling.prepare(copy, scene, _is_moved(scene, session))
+    sampling.prepare(copy, scene, _is_moved(scene, session), scale)
     own, ours = scene.cycles, copy.cycles
     parts = (1 if each and n > 1 else n) * scale**2
     ours.time_limit = own.time_limit * scale**2 / parts
@@ -584,7 +583,8 @@ def follow(scene, depsgraph):
     if not session.is_sequence:
         session.places = []
     is_moved = _is_moved(source, session)
-    plane = sampling.plane_in_place(made) if is_moved else made.focus_distance
+    plane = sampling.plane_in_place(made, is_moved, session.frame_scale)
+    spread_px = sampling.spread_px(source) if is_moved else 0.0
     for number in [index] if session.is_sequence else range(n * n_parts):
         camera = bpy.data.objects[session.camera_names[number]]
         part = number % n_parts
@@ -598,9 +598,9 @@ def follow(scene, depsgraph):
         place = _put(camera, seen, made, plane, (*point[:3], *right_up), is_first)
         set_if_other(camera.data.dof, "use_dof", is_moved)
         if is_moved:
-            sampling.open_lens(camera.data, made, source.cycles.filter_width)
+            sampling.open_lens(camera.data, made, spread_px)
         if part == 0:
-            session.places.append(place)
+            session.places.append(place._replace(spread_px=spread_px))
 
 
 def _points(camera, scene, n):

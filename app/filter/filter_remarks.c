@@ -112,7 +112,8 @@ static bool is_of(const char *name, const char *known)
 static bool is_known(const char *name)
 {
     static const char *const others[] = {
-        VIEWS_OFFSET, VIEWS_SHEAR, OWN_PREFIX "filtered", OWN_PREFIX "shutterTime"};
+        VIEWS_OFFSET, VIEWS_SHEAR, OWN_PREFIX "filtered", OWN_PREFIX "shutterTime",
+        OWN_PREFIX "pixelSpread"};
     size_t n;
     const struct rf_param_info *list = rf_param_list(&n);
     for (size_t i = 0; i < n; i++)

@@ -9,6 +9,7 @@ import sys
 from pathlib import Path
 
 import bpy
+import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parent))
 import checking  # noqa: E402
@@ -61,6 +62,38 @@ def views_of_few_samples_are_moved_within_their_pixels():
         lines = addon("views").describe(data.rack_focus, scene, 4)
         assert not any("does not smooth" in line for line in lines), lines
     assert data.dof.focus_distance == 3 and scene.cycles.filter_width == 1.5
+
+
+@check
+def views_are_moved_within_parts_of_pixels():
+    """Where the pixel filter is wide enough for it; kept files say so. Shrinking makes up
+    for the disc and for placing views between parts."""
+    scene, data = start(views=2, supersample=2)
+    supersample, keep = addon("supersample"), addon("keep")
+    data.rack_focus.passes_folder = str(OUT / "moved")
+
+    def look():
+        copy = copy_of(scene)
+        return copy.camera.data.dof.use_dof, round(copy.cycles.filter_width, 2)
+
+    for samples, width, is_moved in ((32, 1.5, True), (40, 1.5, False), (32, 1, False)):
+        scene.cycles.samples, scene.cycles.filter_width = samples, width
+        with Watch(look) as seen:
+            bpy.ops.render.render()
+        narrow = 0.01 if is_moved else 0.52
+        assert seen == [(is_moved, narrow)] and not last_message(scene), (width, seen)
+        spread_px = 0.5 if is_moved else 0
+        (_, place), _ = kept(scene)
+        is_off = abs(place.shear_distance / data.dof.focus_distance - 1) > 1e-3
+        assert (place.spread_px, is_off) == (spread_px, is_moved), place
+        folder = OUT / "moved"
+        files = keep.KeptFiles(scene, folder, scene.frame_current).views("ViewLayer")
+        assert [one.spread_px for _, one in files] == [spread_px] * 2, files
+    for scale in (2, 3, 4):
+        taps = supersample.weights(scale, "BLACKMAN_HARRIS", 1.5, 0.5)
+        at = (np.arange(len(taps)) - (len(taps) - 1) / 2) / scale
+        variance = (taps * at * at).sum() + 0.5**2 / 4 + 1 / (6 * scale**2)
+        assert np.isclose(variance, 1.5**2 * 0.07674, rtol=0.03), (scale, variance)
 
 
 @check
