@@ -52,7 +52,7 @@ METHODS = ("layered", "views", "accumulate")  # those that take several views
 MOST_MERGED = 64
 ENOUGH_SAMPLES = 32  # of a view; docs/measure_view_samples.py has the scores
 DENOISED_SUB_APERTURES = 16  # beside the denoiser they cost next to nothing
-LOUD_COUNT = 16  # more views are a matter of memory
+LOUD_COUNT = 16  # more views, and parts of pixels, are a matter of memory
 BYTES_PER_PIXEL = 40  # and view: colour and depth, in Blender and in our hands
 MARK = "rack_focus_view"  # custom property of our cameras
 PASSES = ("use_pass_combined", "use_pass_z")
@@ -170,7 +170,7 @@ def describe(settings, scene, n):
         lines.append("With Motion Blur, one view where this camera moves")
     if sharp.names_of(scene):
         lines.append("Objects are kept sharp with one view only")
-    if n > LOUD_COUNT:
+    if n * scale**2 > LOUD_COUNT:
         n_bytes = n * width * height * scale**2 * BYTES_PER_PIXEL
         lines.append(f"The views take {n_bytes / 1e9:.1f} GB")
     return lines

@@ -89,6 +89,8 @@ def views_are_moved_within_parts_of_pixels():
         folder = OUT / "moved"
         files = keep.KeptFiles(scene, folder, scene.frame_current).views("ViewLayer")
         assert [one.spread_px for _, one in files] == [spread_px] * 2, files
+    lines = addon("views").describe(data.rack_focus, scene, 8)
+    assert any(line.startswith("The views take") for line in lines), lines
     for scale in (2, 3, 4):
         taps = supersample.weights(scale, "BLACKMAN_HARRIS", 1.5, 0.5)
         at = (np.arange(len(taps)) - (len(taps) - 1) / 2) / scale
