@@ -1,19 +1,22 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Passes of the render, beside the picture, that the artist's nodes lead to the output.
 
-Cycles' own lens blurs every pass of light; we filter the picture alone. A composite that
-is put together from passes (light times colour, a fog by Mist, Environment behind the
-picture) then stays sharp, or mixes what is sharp with what is blurred. Box and console
-say so, and what to do: a node on an image, behind the composite. They also say where nodes
-show no picture of the scene at all, but its depth, another scene or a file, and where
-the artist's own Defocus node blurs the picture a second time.
+Cycles' own lens blurs every pass of light, and mattes; we filter the picture alone. A
+composite that is put together from passes (light times colour, a fog by Mist, Environment
+behind the picture) then stays sharp, or mixes what is sharp with what is blurred, and one
+that is graded within a matte has sharp rims on blurred things. Box and console say so, and
+what to do: a node on an image, behind the composite. They also say where nodes show no
+picture of the scene at all, but its depth, another scene or a file, and where the artist's
+own Defocus node blurs the picture a second time.
 """
 
 from . import compat, group, setup
 
 PICTURE = ("Image", "Alpha", "Freestyle")  # filtered by our node; lines stay sharp
-DATA = ("Crypto", "Denoising")  # starts of names: mattes, guides; sharp on purpose
-FACTORS = ("Mist",)  # passes of one channel that a lens blurs
+GUIDES = "Denoising"  # start of names; sharp on purpose
+# Passes of one channel that nodes mix and mask by; from 5.0 on, and before.
+FACTORS = ("Mist", "Object Index", "Material Index", "IndexOB", "IndexMA")
+MATTES = "Cryptomatte"
 MOST = 3  # names that are said
 NOT_SHOWN = (
     "Your nodes show nothing of the Rack Focus node",
@@ -24,11 +27,16 @@ NOT_SHOWN = (
 def names_of(scene):
     """Names of such passes, in the order of the nodes' sockets."""
     tree = compat.compositor_tree(scene)
+    values = {aov.name for layer in scene.view_layers for aov in layer.aovs}
     found = {}
     for one in setup.with_groups(tree) if tree is not None else ():
         for node in setup.layer_nodes(one, scene):
-            outputs = () if node.mute else filter(_is_light, node.outputs)
-            found.update((o.name, None) for o in outputs if _is_shown(one, o))
+            outputs = () if node.mute else node.outputs
+            outputs = [o for o in outputs if _is_blurred(o) or o.name in values]
+            found.update((_said(o), None) for o in outputs if _is_shown(one, o))
+        for node in setup.matte_nodes(one, scene):
+            outputs = () if node.mute else node.outputs
+            found.update((MATTES, None) for o in outputs if _is_shown(one, o))
     return list(found)
 
 
@@ -60,11 +68,16 @@ def _defocus_nodes(scene):
     return [n.name for n in nodes if any(o.is_linked for o in n.outputs)]
 
 
-def _is_light(output):
+def _is_blurred(output):
     """Is the pass of a socket one that the lens would have blurred?"""
-    if output.name in PICTURE or output.name.startswith(DATA):
+    if output.name in PICTURE or output.name.startswith(GUIDES):
         return False
     return output.type == "RGBA" or output.name in FACTORS
+
+
+def _said(output):
+    """What a pass is called: the levels of Cryptomatte, which old nodes read, are one."""
+    return MATTES if output.name.startswith("Crypto") else output.name
 
 
 def _is_shown(tree, output):

@@ -141,6 +141,20 @@ def film_depth_reaches_the_node():
     assert np.abs(pictures[0] - pictures[2]).max() > 0.01
 
 
+def masks_of(scene, tree, source):
+    """What nodes can mask by, {name that is said: socket}."""
+    layer = scene.view_layers[0]
+    layer.use_pass_object_index = True
+    aov = layer.aovs.add()
+    aov.name, aov.type = "Masked", "VALUE"
+    layer.update()
+    matte = tree.nodes.new("CompositorNodeCryptomatteV2")
+    matte.source, matte.scene = "RENDER", scene
+    index = next(o for o in source.outputs if o.name in ("Object Index", "IndexOB"))
+    sockets = {index.name: index, "Masked": source.outputs["Masked"]}
+    return {**sockets, "Cryptomatte": matte.outputs["Matte"]}
+
+
 @check
 def passes_that_are_not_blurred_are_named():
     """Box and console name passes of light that lead to the output past Rack Focus."""
@@ -164,6 +178,10 @@ def passes_that_are_not_blurred_are_named():
     tree.links.new(source.outputs["Mist"], light.node.inputs["Exposure"])
     assert set(unblurred.names_of(scene)) == {emission.name, "Mist"}
     tree.links.remove(light.node.inputs["Exposure"].links[0])
+    for name, socket in masks_of(scene, tree, source).items():
+        link = tree.links.new(socket, light.node.inputs["Exposure"])
+        assert set(unblurred.names_of(scene)) == {emission.name, name}
+        tree.links.remove(link)
     node = new_node(tree)  # what the box tells to do
     tree.links.new(light, node.inputs["Image"])
     tree.links.new(node.outputs["Image"], out)
