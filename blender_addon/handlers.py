@@ -24,6 +24,7 @@ from . import (
     holdouts,
     lamps,
     lens,
+    local_cameras,
     main_thread,
     mirrors,
     names,
@@ -114,6 +115,7 @@ def _prepare(scene):
                 strokes.describe(scene),
                 outputs.why_not(scene),
                 window_textures.describe(scene) if views.are_asked(scene) else (),
+                () if bpy.app.background else local_cameras.describe(scene),
             ):
                 if lines:
                     failures.say(scene, " ".join(lines), is_failure=False)

@@ -15,6 +15,7 @@ from . import (
     holdouts,
     lamps,
     lens,
+    local_cameras,
     mirrors,
     outputs,
     refocusing,
@@ -122,6 +123,7 @@ class CameraPanel(InCamera):
                 *strokes.describe(scene),
                 *outputs.describe(scene),
                 *unblurred.describe(scene),
+                *local_cameras.describe(scene),
             ):
                 column.label(text=text, icon="INFO")
         if settings.method in views.METHODS:

@@ -708,14 +708,36 @@ def things_that_simplify_leaves_out():
     assert tpsnr(made, wanted) > 40 > 35 > tpsnr(whole, wanted)
 
 
+def view_3d():
+    """The first 3D view of a window."""
+    windows = bpy.context.window_manager.windows
+    areas = [area for window in windows for area in window.screen.areas]
+    return next(area for area in areas if area.type == "VIEW_3D").spaces.active
+
+
+@check
+def a_local_camera():
+    """F12 over its 3D view renders through it, which no handler is told."""
+    scene, space = bpy.context.scene, view_3d()
+    start()
+    describe = addon("local_cameras").describe
+    other = scene.camera.copy()
+    scene.collection.objects.link(other)
+    assert not describe(scene)
+    space.use_local_camera, space.camera = True, other
+    assert other.name in describe(scene)[0]
+    space.camera = scene.camera
+    assert not describe(scene)
+    space.use_local_camera = False
+    assert not describe(scene)
+
+
 @check
 def composited_3d_views():
     """They show nothing of other scenes, and were empty without a word."""
     scene = bpy.context.scene
     is_empty = addon("view_compositor").is_empty
-    windows = bpy.context.window_manager.windows
-    areas = [area for window in windows for area in window.screen.areas]
-    shading = next(a for a in areas if a.type == "VIEW_3D").spaces.active.shading
+    shading = view_3d().shading
     if bpy.app.version < (3, 5, 0):
         start()
         assert not is_empty(scene)
