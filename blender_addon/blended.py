@@ -7,7 +7,7 @@ blurred like what is behind them. Box and console name one, and what to set.
 
 import bpy
 
-from . import sets, shining
+from . import sets, shining, walked
 
 IS_NEW = "surface_render_method" in bpy.types.Material.bl_rna.properties  # from 4.2 on
 FIELD, VALUE, INSTEAD = (
@@ -15,8 +15,6 @@ FIELD, VALUE, INSTEAD = (
     if IS_NEW
     else ("blend_method", "BLEND", "Blend Mode to Alpha Hashed")
 )
-
-_found = {}  # name of a scene: that of such a material in it, or ""
 
 
 def describe(scene, camera):
@@ -26,24 +24,18 @@ def describe(scene, camera):
     needs_depth = camera.data.rack_focus.method != "accumulate"
     if not needs_depth or not scene.render.engine.startswith("BLENDER_EEVEE"):
         return []
-    if scene.name not in _found:
-        _found[scene.name] = _name_in(sets.layers_of(scene))
-    if not _found[scene.name]:
+    name = walked.once(_name_in, scene)
+    if not name:
         return []
     return [
-        f"“{_found[scene.name]}” is blended: EEVEE gives it no depth.",
+        f"“{name}” is blended: EEVEE gives it no depth.",
         f"Set Material > Settings > {INSTEAD}",
     ]
 
 
-def forget():
-    """Something was changed."""
-    _found.clear()
-
-
-def _name_in(layers):
+def _name_in(scene):
     """Name of such a material of an object that is rendered, or ""."""
-    for layer in layers:
+    for layer in sets.layers_of(scene):
         for item in layer.objects:
             for material in shining.materials_of(item):
                 if getattr(material, FIELD) == VALUE:

@@ -19,6 +19,7 @@ from . import (
     props,
     setup,
     sharp,
+    walked,
 )
 from .library import rackfocus
 
@@ -53,7 +54,7 @@ def why_not(scene):
     settings = camera.data.rack_focus
     if look.of(settings) != (1, 1) or props.has_look(settings):
         return "Finish follows the camera's own lens: set Look back to its defaults"
-    if sharp.names_of(scene):
+    if walked.once(sharp.names_of, scene):
         return "Finish follows the camera's own lens: no object can be kept sharp"
     return ""
 

@@ -35,7 +35,6 @@ from . import (
     refocusing,
     setup,
     sharp,
-    shining,
     strips,
     strokes,
     switched,
@@ -43,6 +42,7 @@ from . import (
     tap,
     unblurred,
     views,
+    walked,
     window_textures,
 )
 from .writing import write
@@ -77,6 +77,7 @@ def _begin(scene):
 
 def _prepare(scene):
     """A render, not a refocus, begins."""
+    walked.forget()
     group.separate(setup.user_scenes())
     group.remove_unused()
     setup.refresh(scene)
@@ -106,8 +107,6 @@ def _prepare(scene):
             if lines:
                 failures.say(scene, ". ".join(lines), is_failure=False)
             camera = camera_objects.camera_at(scene, scene.frame_current)
-            blended.forget()
-            window_textures.forget()
             for lines in (
                 blended.describe(scene, camera),
                 holdouts.describe(scene, camera),
@@ -269,9 +268,7 @@ def on_load(*_):
 
 
 def _mend():
-    blended.forget()
-    shining.forget()
-    window_textures.forget()
+    walked.forget()
     refocusing.forget()
     park.forget()
     for scene in setup.user_scenes():
@@ -320,12 +317,10 @@ _is_busy = False
 
 
 @persistent
-def on_change(*_):
+def on_change(_scene=None, depsgraph=None):
     """Follows a change of the scene's camera, its view layers, or a copied scene."""
     global _is_busy
-    blended.forget()
-    shining.forget()
-    window_textures.forget()
+    walked.follow(depsgraph)
     if _is_busy or engine.rendering or bpy.app.is_job_running("RENDER"):
         return
     _is_busy = True

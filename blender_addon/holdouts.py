@@ -6,7 +6,7 @@ is seen beside them. Several views see the hole from several points of the lens,
 right. Box and console say so.
 """
 
-from . import sets, setup, shining, views
+from . import sets, setup, shining, views, walked
 
 LINES = (
     "Holdouts have no depth, and one view blurs their rims",
@@ -22,7 +22,7 @@ def describe(scene, camera):
     is_one = settings.method != "accumulate" and views.view_count(settings) < 2
     if scene.render.engine != "CYCLES" or not is_one:
         return []
-    return list(LINES) if _are_in(scene) else []
+    return list(LINES) if walked.once(_are_in, scene) else []
 
 
 def _are_in(scene):

@@ -27,7 +27,7 @@ import bpy
 import numpy as np
 from bpy_extras.object_utils import world_to_camera_view
 
-from . import lens, names, passes, sets
+from . import lens, names, passes, sets, walked
 
 WAY_OUT = "what is behind it: take a mesh with an Emission in its place"
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722], np.float32)
@@ -303,10 +303,7 @@ def describe(scene, camera):
         return []
     if camera.data.rack_focus.method == "accumulate":
         return []
-    items = {item for layer in sets.layers_of(scene) for item in layer.objects}
-    for item in items - {None}:
-        if item.hide_render or not _shines(item):
-            continue
+    for item in _shining(scene) if walked.once(_are_in, scene) else ():
         reason = _why_unknown(item.data)
         if scene.render.use_multiview:
             reason = "stereo"
@@ -316,6 +313,17 @@ def describe(scene, camera):
                 f"({reason}) and is blurred like {WAY_OUT}",
             ]
     return []
+
+
+def _shining(scene):
+    """The lights of a scene that a camera may see."""
+    items = {item for layer in sets.layers_of(scene) for item in layer.objects}
+    return [item for item in items - {None} if not item.hide_render and _shines(item)]
+
+
+def _are_in(scene):
+    """Has a scene such lights?"""
+    return bool(_shining(scene))
 
 
 def _is_seen(item, scene, camera):

@@ -13,7 +13,7 @@ from bpy.props import (
     StringProperty,
 )
 
-from . import compat, lens, pictures, setup, supersample, words, writing
+from . import compat, lens, pictures, setup, supersample, walked, words, writing
 from .library import rackfocus
 
 OVERRIDABLE = {"LIBRARY_OVERRIDABLE"}
@@ -428,6 +428,7 @@ def register():
         name="Keep Sharp",
         description="Rack Focus does not blur this object, whatever its distance. Takes "
         "effect with the next render",
+        update=lambda _self, _context: walked.forget(),  # the depsgraph is told nothing
     )
     bpy.types.Scene.rack_focus = PointerProperty(type=SceneState)
     bpy.types.NodeTree.rack_focus = PointerProperty(type=NodeSettings)

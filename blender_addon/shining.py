@@ -7,12 +7,10 @@ often the sky: a halo. The box says so. The threshold itself is left alone: what
 good as invisible, a veil or the rim of a leaf's picture, would come into the depth too.
 """
 
-from . import compat, sets, setup
+from . import compat, sets, setup, walked
 
 LIGHT, HOLE = "EMISSION", "BSDF_TRANSPARENT"
 LOW = 0.01  # a threshold that leaves nothing out that is seen
-
-_found = {}  # name of a scene: that of such a material in it, or ""
 
 
 def describe(scene, settings):
@@ -23,9 +21,7 @@ def describe(scene, settings):
     is_high = any(layer.pass_alpha_threshold > LOW for layer in layers)
     if scene.render.engine != "CYCLES" or not is_high:
         return []
-    if scene.name not in _found:
-        _found[scene.name] = _name_in(sets.layers_of(scene))
-    name = _found[scene.name]
+    name = walked.once(_name_in, scene)
     if not name:
         return []
     return [
@@ -34,15 +30,10 @@ def describe(scene, settings):
     ]
 
 
-def forget():
-    """Something was changed."""
-    _found.clear()
-
-
-def _name_in(layers):
+def _name_in(scene):
     """Name of such a material of an object that is rendered, or ""."""
     seen = set()
-    for layer in layers:
+    for layer in sets.layers_of(scene):
         for item in layer.objects:
             for material in materials_of(item) - seen:
                 if _is_shining(material):

@@ -43,6 +43,7 @@ from . import (
     supersample,
     switched,
     view_passes,
+    walked,
     window_textures,
 )
 from .library import rackfocus
@@ -168,7 +169,7 @@ def describe(settings, scene, n):
     lines += window_textures.describe(scene)
     if moving.may_lose_shear(scene, settings.id_data):
         lines.append("With Motion Blur, one view where this camera moves")
-    if sharp.names_of(scene):
+    if walked.once(sharp.names_of, scene):
         lines.append("Objects are kept sharp with one view only")
     if n * scale**2 > LOUD_COUNT:
         n_bytes = n * width * height * scale**2 * BYTES_PER_PIXEL

@@ -7,26 +7,18 @@ a thing in each, and the views contradict each other: a checker behind everythin
 the world, or a material.
 """
 
-from . import compat, sets, setup, shining
-
-_found = {}  # name of a scene: what has such a texture, or ""
+from . import compat, sets, setup, shining, walked
 
 
 def describe(scene):
     """Lines for the panel on such a texture in a scene, for several views."""
-    if scene.name not in _found:
-        _found[scene.name] = _name_in(scene)
-    if not _found[scene.name]:
+    name = walked.once(_name_in, scene)
+    if not name:
         return []
     return [
-        f"The Window texture of {_found[scene.name]} differs from view to",
+        f"The Window texture of {name} differs from view to",
         "view: where it has edges, take one view, or Camera coordinates",
     ]
-
-
-def forget():
-    """Something was changed."""
-    _found.clear()
 
 
 def _name_in(scene):

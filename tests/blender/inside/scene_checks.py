@@ -231,6 +231,7 @@ def holdouts():
         scene = bpy.context.scene
         assert not describe(scene, scene.camera)
         hold_out([o for o in scene.objects if o.type == "MESH"][:8])
+        update()
         assert describe(scene, scene.camera), hold_out
     scene.render.film_transparent = True
     scene.cycles.samples, scene.camera.data.dof.use_dof = 256, True
@@ -296,6 +297,7 @@ def what_a_background_set_holds():
     assert not np.array_equal(shot(scene, "set1.exr"), plain)
     assert not addon("holdouts").describe(scene, scene.camera)
     hold_out_a_material(cubes[:1])
+    update()
     assert addon("holdouts").describe(scene, scene.camera)
     assert not addon("fog").has_volume(scene)
     tree = cubes[1].data.materials[0].node_tree
@@ -730,6 +732,30 @@ def a_local_camera():
     assert not describe(scene)
     space.use_local_camera = False
     assert not describe(scene)
+
+
+@check
+def objects_are_walked_over_once():
+    """The box asks for holdouts and the like in each drawing; moves change nothing."""
+    scene, data = start()
+    cube = next(o for o in scene.objects if o.type == "MESH")
+    walked, walks = addon("walked"), []
+
+    def n_walks(change, *values):
+        change(*values)
+        update()
+        walked.once(walks.append, scene)
+        return len(walks)
+
+    assert n_walks(update) == 1
+    assert n_walks(setattr, cube.location, "x", 2) == 1
+    assert n_walks(setattr, data.dof, "focus_distance", 2) == 1
+    assert n_walks(setattr, scene.camera.location, "x", 0.1) == 1
+    assert n_walks(setattr, cube, "hide_render", True) == 2
+    assert n_walks(setattr, cube, "is_holdout", True) == 3
+    assert n_walks(setattr, cube, "rack_focus_keep_sharp", True) == 4
+    assert n_walks(cube.data.materials[0].node_tree.nodes.clear) == 5
+    assert n_walks(setattr, scene.view_layers[0], "use", False) == 6
 
 
 @check
