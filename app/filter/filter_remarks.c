@@ -423,15 +423,23 @@ int filter_warn_defaults(const struct run *run)
 
 int filter_warn_target(const struct run *run)
 {
-    if (!settings_is_by(run->settings, "focus-distance", camera_facts_target) ||
-        why_unread(run, rf_param_find("focus-distance")))
+    const struct settings *settings = run->settings;
+    const double focus = settings->params.focus_distance;
+    if (why_unread(run, rf_param_find("focus-distance")))
+        return APP_DONE;
+    if (settings_is_by(settings, "focus-distance", camera_facts_redshift))
+        return app_warn(run->tool->host, run->error,
+                        "%s: the focus is %g away, by %s of its header; give "
+                        "--focus-distance where something else is to be sharp",
+                        image_path(run->source.colour), focus, camera_facts_redshift);
+    if (!settings_is_by(settings, "focus-distance", camera_facts_target))
         return APP_DONE;
     return app_warn(
         run->tool->host, run->error,
         "%s: the focus is at the camera's target, %g away, since its header "
         "says nothing else of it; give --focus-distance where something "
         "else is to be sharp",
-        image_path(run->source.colour), run->settings->params.focus_distance);
+        image_path(run->source.colour), focus);
 }
 
 /* Whole pixels and rounded numbers of a header are nearer to each other. */

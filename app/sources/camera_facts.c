@@ -12,6 +12,8 @@
  * Unreal (Movie Render Queue): texts, a set for each pass; its units are centimetres.
  * NDC: x = (P00 X + P20 Z) / (P23 Z) goes from -1 to 1 (Arnold, Houdini) or from 0 to 1
  * (RenderMan), which the place of the axis tells; S / f is that span over |P00 / P23|.
+ * Redshift: a is in degrees in its files, whose page says radians; its film is in inches,
+ * in mm or 1 wide, by the host, and FStop is that of the exposure: neither is read.
  */
 #include "sources/camera_facts.h"
 
@@ -20,6 +22,10 @@
 #include <string.h>
 
 const char camera_facts_target[] = "cameraTargetDistance";
+const char camera_facts_redshift[] = "rs/camera/DOFFocusDistance";
+
+/* Of a picture's shape: pixels are whole, the camera's film is not. */
+static const double MOST_OFF = 0.02;
 
 struct list {
     struct camera_fact *facts;
@@ -110,6 +116,33 @@ static void read_unreal(const struct image_input *input, struct list *list)
     add(list, "unit-scale", UNITS_PER_METRE, NULL, name);
 }
 
+/* ---- Redshift -------------------------------------------------------------------- */
+
+static const char redshift_angle[] = "rs/camera/fov";
+
+static void read_redshift(const struct image_input *input, struct list *list)
+{
+    double distance;
+    if (image_attribute_number(input, camera_facts_redshift, &distance) && distance > 0)
+        add(list, "focus-distance", distance, NULL, camera_facts_redshift);
+}
+
+/* Pictures less than so many degrees wide are taken for radians. */
+static const double LEAST_DEGREES = M_PI;
+
+static bool redshift_width(const struct image_input *input, double aspect,
+                           double *width)
+{
+    double angle, own_aspect;
+    if (!image_attribute_number(input, redshift_angle, &angle) ||
+        !(angle > 0 && angle < 180) ||
+        (image_attribute_number(input, "rs/camera/aspect", &own_aspect) &&
+         !(fabs(own_aspect - aspect) < MOST_OFF * aspect)))
+        return false;
+    *width = 2 * tan((angle < LEAST_DEGREES ? angle : angle * M_PI / 180) / 2);
+    return true;
+}
+
 int camera_facts_read(const struct image_input *input,
                       struct camera_fact facts[CAMERA_MOST_FACTS])
 {
@@ -117,10 +150,14 @@ int camera_facts_read(const struct image_input *input,
     read_vray(input, &list);
     if (list.n == 0)
         read_unreal(input, &list);
+    if (list.n == 0)
+        read_redshift(input, &list);
     return list.n;
 }
 
 /* ---- worldToNDC ------------------------------------------------------------------ */
+
+static const char ndc[] = "worldToNDC";
 
 /* Solves C P = D for P, all of 4 x 4 by rows; C and D are spent. False where C has no
  * inverse. */
@@ -171,19 +208,25 @@ static double extent_of(const double p[16], int axis)
     return isfinite(extent) ? extent : 0;
 }
 
-bool camera_facts_width(const struct image_input *input,
-                        const struct image_part_info *part, double *width)
+static bool ndc_width(const struct image_input *input, double aspect, double *width)
 {
-    static const double MOST_OFF = 0.02; /* pixels are whole, the picture is not */
-    const struct image_box *box = &part->display_window;
-    const double aspect = ((double)box->max_x - box->min_x + 1) * part->pixel_aspect /
-                          ((double)box->max_y - box->min_y + 1);
     double c[16], p[16];
     if (!image_attribute_matrix(input, "worldToCamera", c) ||
-        !image_attribute_matrix(input, "worldToNDC", p) || !solve(c, p))
+        !image_attribute_matrix(input, ndc, p) || !solve(c, p))
         return false;
     *width = extent_of(p, 0);
     const double height = extent_of(p, 1);
     return *width > 0 && height > 0 &&
            fabs(*width / height - aspect) < MOST_OFF * aspect;
+}
+
+const char *camera_facts_width(const struct image_input *input,
+                               const struct image_part_info *part, double *width)
+{
+    const struct image_box *box = &part->display_window;
+    const double aspect = ((double)box->max_x - box->min_x + 1) * part->pixel_aspect /
+                          ((double)box->max_y - box->min_y + 1);
+    if (ndc_width(input, aspect, width))
+        return ndc;
+    return redshift_width(input, aspect, width) ? redshift_angle : NULL;
 }

@@ -17,19 +17,23 @@ struct camera_fact {
 
 enum { CAMERA_MOST_FACTS = 6 };
 
-/* What V-Ray or Unreal say of the camera; how many facts there are. */
+/* What V-Ray, Unreal or Redshift say of the camera; how many facts there are. */
 int camera_facts_read(const struct image_input *input,
                       struct camera_fact facts[CAMERA_MOST_FACTS]);
 
 /* The attribute that V-Ray's focus distance is taken from. */
 extern const char camera_facts_target[];
 
+/* That of Redshift, which may not be meant where it renders without depth of field. */
+extern const char camera_facts_redshift[];
+
 /*
  * How wide the sensor is by focal lengths: the width of what is seen at a distance of 1.
- * By worldToCamera and worldToNDC, as Arnold, Houdini and RenderMan write them. False
- * where they are absent or do not fit the display window of the part.
+ * By worldToCamera and worldToNDC, as Arnold, Houdini and RenderMan write them, or the
+ * angle of Redshift. Returns the attribute; NULL where there is none or it does not fit
+ * the display window of the part.
  */
-bool camera_facts_width(const struct image_input *input,
-                        const struct image_part_info *part, double *width);
+const char *camera_facts_width(const struct image_input *input,
+                               const struct image_part_info *part, double *width);
 
 #endif

@@ -250,16 +250,16 @@ static void keep_width(struct reader *reader, double width, const char *attribut
     snprintf(settings->seen_by, sizeof(settings->seen_by), "%s", attribute);
 }
 
-static void read_world_to_ndc(struct reader *reader, int part)
+static void read_angle(struct reader *reader, int part)
 {
-    static const char attribute[] = "worldToNDC";
     int n_parts;
     double width;
+    const char *attribute;
     const struct image_part_info *parts = image_parts(reader->input, &n_parts);
     const struct settings *known =
         is_open(reader->settings, "focal-length") ? &reader->facts : reader->settings;
     if (part < 0 || part >= n_parts || !is_open(&reader->facts, "focal-length-px") ||
-        !camera_facts_width(reader->input, &parts[part], &width))
+        !(attribute = camera_facts_width(reader->input, &parts[part], &width)))
         return;
     set_width(reader, width * known->params.focal_length, NULL, attribute);
     keep_width(reader, width, attribute);
@@ -280,10 +280,10 @@ static void read_foreign_attributes(struct reader *reader, int part)
             set_fact(reader, fact->key, fact->value, fact->attribute);
     }
     double focal, sensor;
-    if (n > 0 && fact_value(reader, "focal-length", &focal) &&
+    if (n > 1 && fact_value(reader, "focal-length", &focal) &&
         fact_value(reader, "sensor-width", &sensor))
         keep_width(reader, sensor / focal, found[1].attribute);
-    read_world_to_ndc(reader, part);
+    read_angle(reader, part);
 }
 
 /* ---- one fact in two parameters -------------------------------------------------- */

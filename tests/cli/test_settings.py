@@ -398,6 +398,38 @@ def test_a_focus_of_unreal_that_is_off(parameters):
     assert parameters(facts)["focus-distance"][1] == "default"
 
 
+# As Redshift 2.6 and later write it: the angle in degrees, the film in the host's unit.
+REDSHIFT = {
+    "rs/camera/DOFFocusDistance": 6.0,
+    "rs/camera/FStop": 8.0,
+    "rs/camera/aperture": (1.41732, 0.94488),
+    "rs/camera/aspect": 1.5,
+    "rs/camera/fov": 39.5978,
+}
+
+
+@pytest.mark.parametrize("angle", [39.5978, 0.691112])
+def test_the_camera_of_redshift(parameters, angle):
+    """Its page says radians, who reads its files says degrees; FStop may be a meter's."""
+    facts = {**REDSHIFT, "rs/camera/fov": angle}
+    found = parameters(facts)
+    by_angle = "header rs/camera/fov"
+    assert found["sensor-width"] == (pytest.approx(36, rel=1e-4), by_angle)
+    assert found["sensor-fit"][0] == "horizontal"
+    assert found["focus-distance"] == (6, "header rs/camera/DOFFocusDistance")
+    assert found["f-stop"][1] == found["focal-length"][1] == "default"
+    found = parameters(facts, "--focal-length=25")
+    assert found["sensor-width"][0] == pytest.approx(18, rel=1e-4)
+
+
+def test_redshift_that_does_not_fit(parameters):
+    """A camera of another shape than the picture, an angle of all around, no focus."""
+    other = {**REDSHIFT, "rs/camera/DOFFocusDistance": 0.0}
+    for name, value in (("aspect", 1.78), ("fov", 180.0), ("fov", 0.0)):
+        found = parameters({**other, f"rs/camera/{name}": value})
+        assert found["sensor-width"][1] == found["focus-distance"][1] == "default"
+
+
 # A render of Houdini: 50 mm and its film of 41.4214 mm, 1280 x 720 px.
 HOUDINI = {
     "worldToCamera": (
@@ -466,6 +498,15 @@ def test_another_angle_of_view_is_warned_of(rackfocus, scene, tmp_path):
     vray = scene("vray.exr", attributes=VRAY)
     done = rackfocus("filter", vray, *lens, "--focal-length", "85")
     assert "by cameraFov of its header 0.48" in done.stderr
+
+
+def test_the_focus_of_redshift_is_told(rackfocus, scene, tmp_path):
+    path, out = scene(attributes=REDSHIFT), tmp_path / "out.exr"
+    done = rackfocus("filter", path, "-o", out, "--sensor-width", "24")
+    assert "the focus is 6 away, by rs/camera/DOFFocusDistance" in done.stderr
+    assert "by rs/camera/fov of its header 0.72" in done.stderr
+    done = rackfocus("filter", path, "-o", out, "--focus-distance", "6")
+    assert "rs/camera" not in done.stderr
 
 
 def test_a_target_for_a_focus_is_told(rackfocus, scene, tmp_path):
