@@ -98,6 +98,15 @@ int filter_say_repaired(const struct run *run, const struct depth_findings *foun
 /* All of it, on pictures in memory. */
 int filter_repair_depth(struct run *run);
 
+/* ---- filter_deep.c ---------------------------------------------------------------- */
+
+/* Is the input deep, and is what was asked for possible then? */
+int filter_check_deep(struct run *run);
+
+/* Samples, what is told of them, and the flat picture, whose colour makes room for the
+ * result. */
+int filter_read_deep(struct run *run);
+
 /* ---- filter_remarks.c: nothing silent ---------------------------------------------
  */
 

@@ -160,37 +160,6 @@ static int filter_layers(struct run *run)
                : fail_image(run);
 }
 
-/* Is the input deep, and is what was asked for possible then? */
-static int check_deep(struct run *run)
-{
-    const char *path = image_path(run->source.colour);
-    run->is_deep = run->source.info.is_deep;
-    if (!run->is_deep && (run->tool->holdout || run->tool->flattened)) {
-        return app_fail(run->error, APP_USAGE,
-                        "--%s: %s holds no deep samples; leave it out",
-                        run->tool->holdout ? "holdout" : "flattened", path);
-    }
-    if (run->is_deep && run->has_views) {
-        return app_fail(run->error, APP_FAILED,
-                        "%s: holds deep samples; views are merged from flat files",
-                        path);
-    }
-    if (run->is_deep && run->tool->denoise) {
-        return app_fail(run->error, APP_USAGE,
-                        "--denoise: %s holds deep samples, which the denoiser does not "
-                        "know; leave it out, or denoise the result",
-                        path);
-    }
-    if (run->is_deep && run->tool->pass_through) {
-        return app_fail(
-            run->error, APP_USAGE,
-            "--pass-through: the deep samples of %s cannot be kept beside the flat "
-            "picture made of them; leave it out",
-            path);
-    }
-    return APP_DONE;
-}
-
 /* ---- steps ---------------------------------------------------------------------- */
 
 /* --aperture-image says which aperture or, of scatter, which distribution. */
@@ -387,32 +356,10 @@ static int open_views(struct run *run)
     return code;
 }
 
-/* Samples, and the flat picture, whose colour makes room for the result. */
-static int read_deep(struct run *run)
-{
-    struct rf_error core_error;
-    const struct source *source = &run->source;
-    const size_t n = (size_t)source->width * (size_t)source->height;
-    if (!deep_read(&run->deep, source, run->tool->holdout, run->n_threads, run->error))
-        return fail_image(run);
-    run->colour = app_memory(n, (size_t)source->n_channels * sizeof(float), run->error);
-    run->depth = run->colour ? app_memory(n, sizeof(float), run->error) : NULL;
-    if (!run->depth)
-        return APP_NO_MEMORY;
-    if (deep_flatten(&run->deep, run->filter, source, run->colour, run->depth,
-                     &core_error) != RF_OK)
-        return filter_fail_core(run, &core_error);
-    if (os_is_interrupted())
-        return APP_INTERRUPTED;
-    if (run->tool->flattened && !filter_write_flattened(run, run->error))
-        return fail_image(run);
-    return APP_DONE;
-}
-
 static int read_pixels(struct run *run)
 {
     if (run->is_deep)
-        return read_deep(run);
+        return filter_read_deep(run);
     if (windows_are_needed(run))
         return windows_open(run);
     if (run->has_views) {
@@ -593,7 +540,7 @@ static int run_steps(struct run *run)
         (run->tool->flattened &&
          !picture_check_writable(run->tool->flattened, run->error)))
         return fail_image(run);
-    int code = check_deep(run);
+    int code = filter_check_deep(run);
     if (code == APP_DONE)
         code = seen_check(run);
     if (code == APP_DONE)

@@ -98,10 +98,15 @@ def deep_samples(camera, layers, n_pixel=4, keep_hidden=True):
     return out
 
 
-def write_deep(path, camera, samples, tile=0, compression="zips", backs=True, attrs=()):
+CHANNELS = ("R", "G", "B", "A", "Z", "ZBack")
+
+
+def write_deep(
+    path, camera, samples, tile=0, compression="zips", attrs=(), names=CHANNELS
+):
     """Writes what deep_samples() gave as a deep EXR file."""
-    spec = oiio.ImageSpec(camera.width, camera.height, 6 if backs else 5, oiio.FLOAT)
-    spec.channelnames = ("R", "G", "B", "A", "Z", "ZBack")[: spec.nchannels]
+    spec = oiio.ImageSpec(camera.width, camera.height, len(names), oiio.FLOAT)
+    spec.channelnames = names
     spec.channelformats = ("float",) * spec.nchannels
     spec.deep = True
     spec["compression"] = compression
@@ -114,15 +119,20 @@ def write_deep(path, camera, samples, tile=0, compression="zips", backs=True, at
     for y in range(camera.height):
         for x in range(camera.width):
             here = [
-                (*colour[y, x], coverage[y, x], layer.z, layer.back or layer.z)
+                dict(
+                    zip(
+                        CHANNELS,
+                        (*colour[y, x], coverage[y, x], layer.z, layer.back or layer.z),
+                    )
+                )
                 for layer, coverage, colour in samples
                 if coverage[y, x] > 0 or colour[y, x].any()
             ]
             pixel = y * camera.width + x
             data.set_samples(pixel, len(here))
             for s, values in enumerate(here):
-                for c in range(spec.nchannels):
-                    data.set_deep_value(pixel, c, s, float(values[c]))
+                for c, name in enumerate(names):
+                    data.set_deep_value(pixel, c, s, float(values[name]))
     output = oiio.ImageOutput.create(str(path))
     assert output.open(str(path), spec), output.geterror()
     assert output.write_deep_image(data), output.geterror()

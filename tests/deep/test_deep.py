@@ -12,6 +12,7 @@ import subprocess
 import numpy as np
 import pytest
 from deepscene import (
+    CHANNELS,
     Camera,
     Layer,
     deep_samples,
@@ -142,7 +143,7 @@ def test_holdout(rackfocus, tmp_path):
     share = reference(CAMERA, rest + hole, n_lens=128)[..., 0] - black[..., 0]
     files = [tmp_path / "rest.exr", tmp_path / "hole.exr", tmp_path / "out.exr"]
     write_deep(files[0], CAMERA, deep_samples(CAMERA, rest))
-    write_deep(files[1], CAMERA, deep_samples(CAMERA, hole), backs=False)
+    write_deep(files[1], CAMERA, deep_samples(CAMERA, hole), names=CHANNELS[:5])
     lens = [*CAMERA.options(), "--type", "float"]
     rackfocus("filter", files[0], "--holdout", files[1], "-o", files[2], *lens)
     got, _ = read(files[2])
@@ -427,6 +428,44 @@ def test_bad_samples_are_counted(rackfocus, tmp_path, channel, value):
     y, x = np.argwhere(coverage > 0)[0]
     assert f"{(coverage > 0).sum()} deep samples" in done.stderr
     assert f"at pixel ({x}, {y})" in done.stderr
+
+
+def changed(channel, change):
+    """Small samples with a change of the depth, or of the colours by coverage."""
+    samples = deep_samples(SMALL, panes() + solids())
+    for layer, _, _ in samples if channel == "Z" else ():
+        layer.z, layer.back = change(layer.z), None
+    return [
+        (layer, coverage, colour if channel == "Z" else change(colour, coverage))
+        for layer, coverage, colour in samples
+    ]
+
+
+def straight(colour, coverage):
+    return colour / np.where(coverage > 0, coverage, 1)[..., None]
+
+
+def test_doubtful_samples_are_told(rackfocus, tmp_path):
+    """What is said of flat files: straight colours (35.6 dB for 41.0), no distances,
+    half floats; and samples without alpha, of which the nearest hides all."""
+    out = tmp_path / "o.exr"
+
+    def said(samples, *arguments, code=0, **options):
+        path = write_deep(tmp_path / "a.exr", SMALL, samples, **options)
+        lens = [*SMALL.options(), *arguments]
+        return rackfocus("filter", path, "-o", out, *lens, code=code).stderr
+
+    good = changed("Z", lambda z: z)
+    hidden = said(good, names=(*"RGB", "Z", "ZBack"))
+    assert "no alpha, so that the nearest of a pixel hides the others" in hidden
+    assert "not multiplied by alpha" in said(changed("R", straight))
+    assert "warning" not in said(good)
+    assert "taken for distances" in said(changed("Z", lambda z: z / 20))
+    reached = said(changed("Z", lambda z: z / 12), code=1)
+    assert "like normalised depth" in reached
+    negative = changed("Z", lambda z: -z)
+    assert "say --depth-scale -1" in said(negative, code=1)
+    assert "warning" not in said(negative, "--depth-scale", "-1")
 
 
 def test_damaged(rackfocus, tmp_path):
