@@ -13,6 +13,7 @@
 #include "filter/filter_many.h"
 #include "filter/filter_output.h"
 #include "filter/filter_run.h"
+#include "filter/finish_light.h"
 #include "filter/finish_mix.h"
 #include "folder.h"
 #include "interrupt.h"
@@ -319,6 +320,19 @@ static int denoise_by_own(struct finish *f)
     return os_is_interrupted() ? APP_INTERRUPTED : APP_DONE;
 }
 
+/* A guide of another exposure, or with a tone curve, is contradicted everywhere. */
+static int warn_light(const struct finish *f, const struct finish_picture *picture)
+{
+    double times;
+    if (!finish_light_differs(picture, &times))
+        return APP_DONE;
+    return app_warn(f->tool->host, f->error,
+                    "%s: is %.3g times as bright as the guide in most places; render "
+                    "both with the same lights, layers and exposure and without a tone "
+                    "curve, else it may come out worse than without a guide",
+                    picture->name, times);
+}
+
 static int finish_by_ours(struct finish *f)
 {
     f->estimate = app_memory(n_pixels(f), sizeof(float), f->error);
@@ -334,6 +348,9 @@ static int finish_by_ours(struct finish *f)
                                            .height = f->own.height,
                                            .white = f->white,
                                            .name = image_path(f->own.colour)};
+    const int code = warn_light(f, &picture);
+    if (code != APP_DONE)
+        return code;
     if (!finish_mix(f->denoiser, &picture, f->error))
         return app_code_of(f->error);
     return os_is_interrupted() ? APP_INTERRUPTED : APP_DONE;

@@ -2,6 +2,7 @@
 """finish: the renderer's own lens, cleaned with our picture."""
 
 import os
+import re
 import subprocess
 import sys
 
@@ -89,6 +90,27 @@ def test_the_own_samples_decide(clean, tmp_path):
     for calm in (np.s_[:30, :70], np.s_[:30, 90:], np.s_[48:72, 98:122]):
         ratio = np.sqrt((estimate[calm] ** 2).mean() / (wrong[calm] ** 2).mean())
         assert 0.4 < ratio < 4  # 1.5, 3.2 and 0.54 when written
+
+
+def test_a_guide_of_another_exposure_is_told(clean, tmp_path):
+    """posts of 33.5 dB for 38.7, and 34.6 without any; grain and mirrors are none."""
+    random = np.random.default_rng(3)
+    light = np.repeat(random.uniform(0.02, 2, (96, 128, 1)), 3, 2)
+    light[:16] = 0  # black tells nothing
+    lens = write(tmp_path / "own.exr", light * random.gamma(1, 1, light.shape), "RGB")
+
+    def said(name, guide):
+        path = write(tmp_path / name, guide, "RGB")
+        out = tmp_path / "out.exr"
+        return clean("finish", lens, "--guide", path, "-o", out).stderr
+
+    twice = re.search(
+        r"is (\S+) times as bright as the guide", said("a.exr", 2 * light)
+    )
+    assert float(twice[1]) == pytest.approx(0.5, abs=0.02)
+    assert "as bright as the guide" in said("b.exr", light.clip(0, 1) ** (1 / 2.2))
+    light[:, :40] *= 4  # what mirrors show
+    assert "as bright" not in said("c.exr", light)
 
 
 def test_passes_are_filtered_in_the_temporary_folder(clean, tmp_path, monkeypatch):
