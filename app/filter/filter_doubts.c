@@ -7,6 +7,7 @@
 
 #include "common/report.h"
 #include "sources/picture_doubts.h"
+#include "sources/views_fit.h"
 
 /* Slanted places that are enough: fewer are one thing, which may be curved or cut by
  * chance. The references but foliage's leaves have 8000 to 28000. */
@@ -310,6 +311,32 @@ static int warn_place(const struct run *run)
     return app_warn(run->tool->host, run->error, "%s: %s", path, text);
 }
 
+/* ---- views ------------------------------------------------------------------------ */
+
+/* Views whose headers say other places than those they were taken from. */
+static int warn_views(const struct run *run)
+{
+    struct views_fit fit;
+    if (run->tool->scene || run->windows || !run->has_views ||
+        !views_fit_is_wrong(run->views.views, run->views.n, &run->params,
+                            rf_filter_lens(run->filter), &fit))
+        return APP_DONE;
+    if (fit.wrong_view >= 0)
+        return app_warn(
+            run->tool->host, run->error,
+            "%s: lies elsewhere than its header says: %.0f %% of the edges of near "
+            "things are where they should be, in the other views %.0f %%; look at "
+            "its " VIEWS_OFFSET " and at its frame, or leave it out",
+            image_path(run->views.sources[fit.wrong_view].colour), 100 * fit.as_is,
+            100 * fit.otherwise);
+    return app_warn(run->tool->host, run->error,
+                    "%s: the views lie elsewhere than their headers say: %.0f %% of "
+                    "the edges of near things are where they should be; it would be "
+                    "%.0f %% if %s",
+                    image_path(run->source.colour), 100 * fit.as_is,
+                    100 * fit.otherwise, fit.way_out);
+}
+
 int filter_warn_doubts(struct run *run)
 {
     int code = APP_DONE;
@@ -319,6 +346,8 @@ int filter_warn_doubts(struct run *run)
     }
     if (code == APP_DONE && run->doubts)
         code = warn_place(run);
+    if (code == APP_DONE && run->doubts)
+        code = warn_views(run);
     if (code == APP_DONE && run->doubts)
         code = warn_straight(run);
     if (code == APP_DONE && run->doubts)
