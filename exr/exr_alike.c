@@ -34,6 +34,19 @@ bool image_find_chromaticities(const struct image_input *input, int part,
     return true;
 }
 
+bool image_has_other_primaries(const struct image_input *input, int part)
+{
+    enum { N_PRIMARIES = 6 };             /* x and y of red, green and blue */
+    static const float MOST_OFF = 0.015f; /* written with two digits */
+    float values[8];
+    bool is_other = false;
+    if (!image_find_chromaticities(input, part, values))
+        return false;
+    for (int i = 0; i < N_PRIMARIES; i++)
+        is_other |= fabsf(values[i] - image_rec709[i]) > MOST_OFF;
+    return is_other;
+}
+
 /* Those of the first part that has some, which count for the file. */
 static bool chromaticities_of(const struct image_input *input, float values[8])
 {

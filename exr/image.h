@@ -76,6 +76,8 @@ bool image_attribute_string(const struct image_input *input, const char *name,
                             const char **text);
 bool image_attribute_v2f(const struct image_input *input, const char *name,
                          double v[2]);
+/* Do the chromaticities of a part say other primaries than Rec. 709's? */
+bool image_has_other_primaries(const struct image_input *input, int part);
 /* Of 4 x 4 numbers, by rows. */
 bool image_attribute_matrix(const struct image_input *input, const char *name,
                             double m[16]);

@@ -314,12 +314,26 @@ static int warn_of_unseen(const struct run *run, struct image_error *error)
         run->tool->output, 100 * share, image_path(run->source.colour));
 }
 
+/* Colours of ACEScg and the like, which a PNG shows paler. */
+static int warn_of_primaries(const struct run *run, struct image_error *error)
+{
+    const char *by = run->tool->scene ? NULL : source_primaries(&run->source);
+    return by ? app_warn(run->tool->host, error,
+                         "%s: the colours are not of Rec. 709, by %s in the header of "
+                         "%s, and a PNG shows them as if they were, paler; write .exr "
+                         "and make the PNG of it, for ACEScg: oiiotool out.exr "
+                         "--colorconvert ACEScg sRGB -o out.png",
+                         run->tool->output, by, image_path(run->source.colour))
+              : APP_DONE;
+}
+
 static bool write_picture(const struct run *run, const struct image_attribute *filtered,
                           struct image_error *error)
 {
     if (picture_kind(run->tool->output) == PICTURE_EXR)
         return write_exr(run, filtered, error);
-    if (warn_of_unseen(run, error) != APP_DONE)
+    if (warn_of_unseen(run, error) != APP_DONE ||
+        warn_of_primaries(run, error) != APP_DONE)
         return false;
     return image_write_png(run->tool->output, run->colour, run->source.width,
                            run->source.height, run->source.n_channels,

@@ -2,6 +2,7 @@
 """Outputs that are each other or an input are refused, and nothing is lost."""
 
 import os
+import struct
 
 import pytest
 
@@ -249,3 +250,26 @@ def test_the_table_of_a_pull_by_other_depths(refused):
 )
 def test_other_commands(refused, command, words):
     refused(*command.split(), words=words)
+
+
+ACESCG = (0.713, 0.293, 0.165, 0.83, 0.128, 0.044, 0.32168, 0.33767)
+REC_709 = (0.64, 0.33, 0.3, 0.6, 0.15, 0.06, 0.3127, 0.329)
+
+
+def test_a_png_of_other_primaries_is_told(rackfocus, scene, tmp_path):
+    """posts in ACEScg: 31.2 for 35.6 dB."""
+
+    def said(name, **attributes):
+        path = scene(attributes=attributes)
+        lens = ["--focus-distance", "3", "--lens-radius", "0.1"]
+        return rackfocus("filter", path, "-o", tmp_path / name, *lens).stderr
+
+    def chromaticities(*values):
+        return {"chromaticities": ("chromaticities", struct.pack("<8f", *values))}
+
+    text = said("o.png", **chromaticities(*ACESCG))
+    assert "not of Rec. 709, by chromaticities in the header" in text
+    assert "by oiio:ColorSpace" in said("o.png", **{"oiio:ColorSpace": "ACEScg"})
+    assert "Rec. 709" not in said("o.exr", **chromaticities(*ACESCG))
+    for fine in (chromaticities(*REC_709), {"colorInteropID": "lin_rec709_scene"}, {}):
+        assert "Rec. 709" not in said("o.png", **fine)
