@@ -63,13 +63,14 @@ struct focuses {
     const struct rf_frame *frame;
     struct rf_diopter diopter;
     const struct rf_view *views;
-    int n_views, n_steps, n_channels;
+    int n_views, n_steps;
     double range[2];          /* radii of the views where the share is 0 */
     double moved;             /* how far views are moved, px */
-    float *sum;               /* the picture, packed */
+    struct rf_image sum;      /* the picture: the caller's, or room of our own */
     float *made;              /* room for a part */
     struct rf_image made_out; /* the part that was made */
     int step, x, y;           /* whose it is, and where */
+    bool is_begun;            /* is anything in `sum`? The first part is made there */
     double from, to;          /* beyond the line: where that picture has a weight */
 };
 
@@ -89,12 +90,16 @@ static int steps_of(const struct rf_diopter *d)
     return (int)fmin(fmax(ceil(n), 1), MOST_STEPS);
 }
 
-/* The weight of this step's picture at a pixel; of all steps they sum up to 1. */
-static float weight_at(const struct focuses *s, int x, int y)
+/*
+ * The weight of this step's picture at a pixel; of all steps they sum up to 1. Sets
+ * *is_first where no step before it has one there.
+ */
+static float weight_at(const struct focuses *s, int x, int y, bool *is_first)
 {
     double at = rf_diopter_share(&s->diopter, x, y) * s->n_steps;
     int below = rf_min_int((int)at, s->n_steps - 1);
     float above = (float)(at - below);
+    *is_first = s->step == below || above >= 1;
     return s->step == below ? 1 - above : s->step == below + 1 ? above : 0;
 }
 
@@ -110,28 +115,48 @@ static double move_of(const struct focuses *s, const struct rf_view *view,
     return rf_length(w.lens[0], w.lens[1]) * (px + fabs(w.shift_bias));
 }
 
+/* Widens a range so that n radii lie within it. */
+static void widen_range(double range[2], const float *radius, size_t n)
+{
+    enum { LANES = 16 }; /* one chain of comparisons would wait for each */
+    float least[LANES], most[LANES];
+    for (int k = 0; k < LANES; k++) {
+        least[k] = INFINITY;
+        most[k] = -INFINITY;
+    }
+    for (size_t i = 0; i + LANES <= n; i += LANES)
+        for (size_t k = 0; k < LANES; k++) {
+            least[k] = rf_min_float(radius[i + k], least[k]);
+            most[k] = rf_max_float(radius[i + k], most[k]);
+        }
+    for (size_t i = n - n % LANES; i < n; i++) {
+        least[0] = rf_min_float(radius[i], least[0]);
+        most[0] = rf_max_float(radius[i], most[0]);
+    }
+    for (int k = 0; k < LANES; k++) {
+        range[0] = fmin(range[0], (double)least[k]);
+        range[1] = fmax(range[1], (double)most[k]);
+    }
+}
+
 /* Finds `range` and `moved`, in room for the radii of a view. */
 static rf_result find_range(struct focuses *s, float *radius, struct rf_error *error)
 {
     struct rf_frame f = *s->frame;
     f.params.split_diopter = 0;
     f.lens.max_radius_px = INFINITY;
-    float least = INFINITY, most = -INFINITY, largest;
-    size_t n = (size_t)f.width * (size_t)f.height;
+    float largest;
+    s->range[0] = INFINITY;
+    s->range[1] = -INFINITY;
     for (int j = 0; j < s->n_views; j++) {
         rf_result result = rf_depth_to_radius(&f, &s->views[j].depth, radius, NULL,
                                               NULL, &largest, error);
         if (result != RF_OK)
             return result;
         rf_field_apply(&f, radius, &largest);
-        for (size_t i = 0; i < n; i++) {
-            least = rf_min_float(radius[i], least);
-            most = rf_max_float(radius[i], most);
-        }
+        widen_range(s->range, radius, (size_t)f.width * (size_t)f.height);
         s->moved = fmax(s->moved, move_of(s, &s->views[j], largest));
     }
-    s->range[0] = least;
-    s->range[1] = most;
     return RF_OK;
 }
 
@@ -203,27 +228,42 @@ static struct rf_image image_part(const struct rf_image *image,
     return of;
 }
 
-/* Adds the columns from x0 to x1 - 1 of a row within the soft border. */
-static void add_soft(const struct focuses *s, int y, int x0, int x1, float *to)
+static bool is_packed_row(const struct rf_image *row)
 {
-    int n = s->n_channels;
+    return row->channel_bytes == sizeof(float) &&
+           row->pixel_bytes == row->channels * (ptrdiff_t)sizeof(float);
+}
+
+/* Adds the columns from x0 to x1 - 1 of a row within the soft border. */
+static void add_soft(const struct focuses *s, int y, int x0, int x1)
+{
     for (int x = x0; x < x1; x++) {
-        float weight = weight_at(s, x, y), *at = to + (size_t)x * (size_t)n;
-        if (weight <= 0)
-            continue;
-        const float *from = rf_image_at(&s->made_out, x - s->x, y - s->y, 0);
-        for (int c = 0; c < n; c++)
-            at[c] += weight * from[c];
+        bool is_first;
+        float weight = weight_at(s, x, y, &is_first);
+        for (int c = 0; c < s->sum.channels && weight > 0; c++) {
+            float *to = (float *)rf_image_at(&s->sum, x, y, c);
+            float of = weight * *rf_image_at(&s->made_out, x - s->x, y - s->y, c);
+            *to = is_first ? of : *to + of;
+        }
     }
 }
 
 /* Copies the columns from x0 to x1 - 1 of a row, which have one share, 0 or 1. */
-static void add_hard(const struct focuses *s, int y, int x0, int x1, float *to)
+static void add_hard(const struct focuses *s, int y, int x0, int x1)
 {
-    size_t n = (size_t)s->n_channels;
-    if (x1 > x0 && weight_at(s, x0, y) > 0)
-        memcpy(to + (size_t)x0 * n, rf_image_at(&s->made_out, x0 - s->x, y - s->y, 0),
-               (size_t)(x1 - x0) * n * sizeof *to);
+    bool is_first;
+    if (x1 <= x0 || weight_at(s, x0, y, &is_first) <= 0)
+        return;
+    const struct rf_window of = {x0 - s->x, y - s->y, x1 - x0, 1};
+    const struct rf_window in = {x0, y, x1 - x0, 1};
+    const struct rf_image from = image_part(&s->made_out, &of);
+    const struct rf_image to = image_part(&s->sum, &in);
+    if (from.data == to.data)
+        return;
+    if (is_packed_row(&from) && is_packed_row(&to))
+        memcpy(to.data, from.data, (size_t)to.width * (size_t)to.pixel_bytes);
+    else
+        rf_image_copy(&from, &to);
 }
 
 /* Adds rows of a picture of one focus to the whole. */
@@ -233,13 +273,12 @@ static void add_rows(void *data, int64_t begin, int64_t end, int thread)
     int width = s->frame->width;
     (void)thread;
     for (int y = (int)begin; y < (int)end; y++) {
-        float *to = s->sum + (size_t)y * (size_t)width * (size_t)s->n_channels;
         int soft[2];
         rf_diopter_span(&s->diopter, -s->diopter.softness / 2, s->diopter.softness / 2,
                         y, width, soft);
-        add_hard(s, y, 0, soft[0], to);
-        add_soft(s, y, soft[0], soft[1], to);
-        add_hard(s, y, soft[1], width, to);
+        add_hard(s, y, 0, soft[0]);
+        add_soft(s, y, soft[0], soft[1]);
+        add_hard(s, y, soft[1], width);
     }
 }
 
@@ -287,7 +326,10 @@ static rf_result add_focus(struct focuses *s, const struct rf_progress *progress
     one.place.y += given.y;
     one.width = given.width;
     one.height = given.height;
-    s->made_out = rf_image_packed(s->made, one.width, one.height, s->n_channels);
+    s->made_out = s->is_begun
+                      ? rf_image_packed(s->made, one.width, one.height, s->sum.channels)
+                      : image_part(&s->sum, &given);
+    s->is_begun = true;
     rf_result result = process(&one, views, s->n_views, &s->made_out, progress, error);
     s->x = given.x;
     s->y = given.y;
@@ -310,6 +352,44 @@ static void copy_rows(void *data, int64_t begin, int64_t end, int thread)
     rf_image_copy(&from, &to);
 }
 
+/* The bytes that an image's floats lie in. */
+static void bytes_of(const struct rf_image *image, uintptr_t bytes[2])
+{
+    const ptrdiff_t far[] = {(image->width - 1) * (ptrdiff_t)image->pixel_bytes,
+                             (image->height - 1) * (ptrdiff_t)image->row_bytes,
+                             (image->channels - 1) * (ptrdiff_t)image->channel_bytes};
+    ptrdiff_t first = 0, last = (ptrdiff_t)sizeof(float);
+    for (int i = 0; i < 3; i++) {
+        first += far[i] < 0 ? far[i] : 0;
+        last += far[i] > 0 ? far[i] : 0;
+    }
+    bytes[0] = (uintptr_t)image->data + (uintptr_t)first;
+    bytes[1] = (uintptr_t)image->data + (uintptr_t)last;
+}
+
+static bool share_memory(const struct rf_image *a, const struct rf_image *b)
+{
+    uintptr_t of_a[2], of_b[2];
+    if (!a->data || !b->data)
+        return false;
+    bytes_of(a, of_a);
+    bytes_of(b, of_b);
+    return of_a[0] < of_b[1] && of_b[0] < of_a[1];
+}
+
+/* May the caller's image be written to before the last focus has read the views? */
+static bool is_apart(const struct rf_image *out, const struct rf_view *views, int n)
+{
+    bool shares = false;
+    for (int j = 0; j < n; j++)
+        shares |= share_memory(out, &views[j].colour) ||
+                  share_memory(out, &views[j].depth) ||
+                  share_memory(out, &views[j].behind_colour) ||
+                  share_memory(out, &views[j].behind_depth) ||
+                  share_memory(out, &views[j].mean_depth);
+    return !shares;
+}
+
 rf_result rf_focuses_process(const struct rf_frame *frame, const struct rf_view *views,
                              int n_views, const struct rf_image *out,
                              const struct rf_progress *progress, rf_process_fn process,
@@ -319,26 +399,29 @@ rf_result rf_focuses_process(const struct rf_frame *frame, const struct rf_view 
                         .diopter = rf_diopter_of(frame),
                         .views = views,
                         .n_views = n_views,
-                        .n_channels = out->channels};
+                        .sum = *out};
     s.n_steps = steps_of(&s.diopter);
     size_t n = (size_t)frame->width * (size_t)frame->height;
-    size_t n_values = n * (size_t)s.n_channels;
-    s.sum = rf_calloc(frame->context, n_values, sizeof *s.sum);
+    size_t n_values = n * (size_t)out->channels;
+    float *own = NULL;
     s.made = rf_alloc(frame->context, n_values, sizeof *s.made);
-    rf_result result = s.sum && s.made
+    if (!is_apart(out, views, n_views)) {
+        own = rf_alloc(frame->context, n_values, sizeof *own);
+        s.sum = rf_image_packed(own, frame->width, frame->height, out->channels);
+    }
+    rf_result result = s.made && s.sum.data
                            ? find_range(&s, s.made, error)
-                           : rf_fail_memory(error, 2 * n_values, sizeof *s.sum);
+                           : rf_fail_memory(error, 2 * n_values, sizeof *s.made);
     for (int i = 0; i <= s.n_steps && result == RF_OK; i++) {
         struct rf_progress_part part = {progress, i, s.n_steps + 1};
         begin_step(&s, i);
-        const struct rf_progress own = {rf_progress_report_part, &part};
-        result = add_focus(&s, progress ? &own : NULL, process, error);
+        const struct rf_progress own_part = {rf_progress_report_part, &part};
+        result = add_focus(&s, progress ? &own_part : NULL, process, error);
     }
-    struct copying copy = {
-        rf_image_packed(s.sum, frame->width, frame->height, s.n_channels), *out};
-    if (result == RF_OK)
+    struct copying copy = {s.sum, *out};
+    if (result == RF_OK && own)
         rf_parallel(frame->context, frame->height, RF_EQUAL_PARTS, copy_rows, &copy);
     rf_free(frame->context, s.made);
-    rf_free(frame->context, s.sum);
+    rf_free(frame->context, own);
     return result;
 }

@@ -222,6 +222,39 @@ static void check_layout(const struct rf_filter *filter, const struct frame *wan
     fenced_free(&out);
 }
 
+/* Lets a border cross the middle of a small frame: hard, or soft and of three steps. */
+static void split(struct rf_params *p, bool is_soft)
+{
+    p->split_diopter = 120;
+    p->split_angle = 20;
+    p->split_softness = is_soft ? 0.3 : 0;
+}
+
+/* A picture is put together of one for each focus, part by part. */
+static void any_strides_of_a_split_diopter(void)
+{
+    for (int soft = 0; soft < 2; soft++) {
+        struct frame f = frame_make(37, 19, 4);
+        struct rf_params params;
+        struct rf_context *context;
+        struct rf_filter *filter;
+        struct layout list[16];
+        scene_params(&params, RF_METHOD_LAYERED);
+        split(&params, soft);
+        params.depth_infinity = 1e11;
+        frame_fill_scene(&f, 5);
+        REQUIRE(frame_filter(&f, &params, 2, NULL) == RF_OK);
+        REQUIRE(rf_context_create(&context, NULL, NULL) == RF_OK);
+        REQUIRE(rf_filter_create(&filter, context, &params, 37, 19, NULL) == RF_OK);
+        int n = list_layouts(37, 19, f.channels, list);
+        for (int i = 0; i < n; i++)
+            check_layout(filter, &f, i, i % 2);
+        rf_filter_destroy(filter);
+        rf_context_destroy(context);
+        frame_free(&f);
+    }
+}
+
 static void any_strides_between_fences(void)
 {
     static const int channels[] = {1, 3, 4};
@@ -264,6 +297,25 @@ static void in_place(void)
         struct rf_image depth = rf_image_packed(f.depth, 50, 40, 1);
         CHECK((memcmp(f.colour, f.out, frame_bytes(&f)) == 0) ==
               (m == RF_METHOD_ACCUMULATE));
+        CHECK(rf_apply(&params, &colour, &depth, &colour, NULL) == RF_OK);
+        CHECK(memcmp(f.colour, f.out, frame_bytes(&f)) == 0);
+        frame_free(&f);
+    }
+}
+
+/* No focus reads what another has written, above or beside it. */
+static void a_split_diopter_in_place(void)
+{
+    for (int soft = 0; soft < 2; soft++) {
+        struct frame f = frame_make(50, 40, 4);
+        struct rf_params params;
+        struct rf_image colour = rf_image_packed(f.colour, 50, 40, 4);
+        struct rf_image depth = rf_image_packed(f.depth, 50, 40, 1);
+        scene_params(&params, RF_METHOD_LAYERED);
+        split(&params, soft);
+        frame_fill_scene(&f, 6);
+        REQUIRE(frame_filter(&f, &params, 2, NULL) == RF_OK);
+        CHECK(memcmp(f.colour, f.out, frame_bytes(&f)) != 0);
         CHECK(rf_apply(&params, &colour, &depth, &colour, NULL) == RF_OK);
         CHECK(memcmp(f.colour, f.out, frame_bytes(&f)) == 0);
         frame_free(&f);
@@ -708,7 +760,9 @@ int main(int argc, char **argv)
     TEST(the_longest_side_works);
     TEST(a_single_pixel_stays_itself);
     TEST(any_strides_between_fences);
+    TEST(any_strides_of_a_split_diopter);
     TEST(in_place);
+    TEST(a_split_diopter_in_place);
     TEST(nan_and_infinity_name_the_pixel);
     TEST(light_too_large_for_the_blend_gamma_names_the_pixel);
     TEST(negative_and_huge_colours_pass);
