@@ -89,8 +89,13 @@ static bool read_keys(struct frame_table *table, char *line, const char *path,
         if (is_easing)
             table->easing_key = table->n_keys;
         else if (!rf_param_find(word))
-            return set_error(error, "%s:%d: there is no parameter '%s'", path, number,
-                             word);
+            return set_error(error, "%s:%d: there is no parameter '%s'; %s", path,
+                             number, word,
+                             strcmp(word, "look") == 0
+                                 ? "--look is of all frames, and what `rackfocus "
+                                   "looks` lists for it may be columns"
+                                 : "`rackfocus filter --help` lists them, and a "
+                                   "column may be called easing");
         const size_t n = (size_t)table->n_keys;
         if (!grow((void **)&table->keys, n, n + 1, sizeof(*table->keys), error) ||
             !copy_text(&table->keys[n], word, error))
@@ -232,14 +237,31 @@ static const char *cell(const struct frame_table *table, int row, int key)
     return table->values[row * table->n_keys + key];
 }
 
+/*
+ * Is 0 a word of this parameter, for none or for what follows from others? Nothing lies
+ * between it and a number: on the way from no split diopter to one at 3 is none at 1.
+ */
+static bool has_word_at_0(const struct rf_param_info *param)
+{
+    static const char *const keys[] = {
+        "lens-radius",   "focal-length-px", "screen-position", "aperture-coefficient",
+        "max-radius",    "blur-radius",     "region-size",     "region-slope",
+        "split-diopter", "highlight-clamp"};
+    for (size_t i = 0; i < sizeof(keys) / sizeof(*keys); i++)
+        if (strcmp(param->key, keys[i]) == 0)
+            return true;
+    return false;
+}
+
 /* Is the text a number and the parameter one that can lie between two? */
 static bool read_number(const struct frame_table *table, int row, int key, double *v)
 {
     char *end;
     const char *text = cell(table, row, key);
+    const struct rf_param_info *param = rf_param_find(table->keys[key]);
     *v = strtod(text, &end);
     return end != text && *end == '\0' && !strpbrk(text, "xX") && /* no 0x10 */
-           rf_param_find(table->keys[key])->type == RF_TYPE_FLOAT;
+           param->type == RF_TYPE_FLOAT && !(*v == 0 && has_word_at_0(param));
 }
 
 bool frame_table_value(const struct frame_table *table, int key, int32_t frame,

@@ -12,7 +12,8 @@
  *     ease-out     1 - (1 - t)^2
  *     ease-in-out  t^2 (3 - 2 t)
  *
- * Numbers are interpolated, whole ones and choices keep the value of the row before.
+ * Numbers are interpolated, whole ones and choices keep the value of the row before, and
+ * so does what 0 turns off, from or to 0.
  * Frames before the first row have its values, those behind the last its.
  */
 #ifndef APP_FRAME_TABLE_H

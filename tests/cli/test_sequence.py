@@ -175,9 +175,32 @@ def test_focus_pulls(run, shot, tmp_path, easing, low, last, high, want):
     assert "8 skipped" in summary(run(pattern, "--frame-parameters", table))
 
 
+def test_what_0_turns_off_is_not_on_by_degrees(run, shot, tmp_path):
+    """Between no diopter and one at 3 is none at 1; from number to number it moves."""
+    pattern, table = shot(7), tmp_path / "looks.csv"
+    table.write_text(
+        "frame,split-diopter,highlight-clamp,cat-eye,easing\n"
+        "1,0,500,0,linear\n3,3,0,0.8,linear\n5,5,100,0,linear\n7,0,200,0,linear\n"
+    )
+    run(pattern, "--frame-parameters", table)
+    found = []
+    for i in range(1, 8):
+        path = tmp_path / f"out.{i:04d}.exr"
+        said = plainexr.read_header(path.read_bytes())[0]["rackfocus:filtered"]
+        words = f"{said} ".split(" --")[1:]
+        found.append(dict(word.split(" ", 1) for word in words))
+    for key, want in {
+        "split-diopter": [0, 0, 3, 4, 5, 5, 0],
+        "highlight-clamp": [500, 500, 0, 0, 100, 150, 200],
+        "cat-eye": [0, 0.4, 0.8, 0.4, 0, 0, 0],
+    }.items():
+        assert [float(frame.get(key, 0)) for frame in found] == want
+
+
 @pytest.mark.parametrize(
     "text, reason",
     [
+        ("frame,look\n1,fast\n", "csv:1: there is no parameter 'look'; --look is of"),
         ("focus-distance\n3\n", "the first line names the columns"),
         ("frame,focus\n1,3\n", "there is no parameter 'focus'"),
         ("frame,f-stop\n1\n", "csv:2: a row is a frame and 1 value"),
