@@ -55,20 +55,6 @@ bool look_path(const char *name, char *path, size_t n_bytes)
     return n_name > 0 && (size_t)n_name < n_bytes - n;
 }
 
-bool look_read(const char *name, struct settings *settings, struct image_error *error)
-{
-    char path[4096];
-    if (look_path(name, path, sizeof(path)) && os_file_facts(path).kind != OS_FILE_NONE)
-        return params_file_read(path, settings, error);
-    const struct look_given *given = find_given(name);
-    if (given)
-        return params_text_read(name, given->text, settings, error);
-    return set_error(error,
-                     "--look %s: there is no such look; there are " LOOK_NAMES
-                     ", and your own as rackfocus/looks/%s.params in ~/.config",
-                     name, name);
-}
-
 /* The comment that a look's text begins with, and ends its line. */
 static void copy_about(const char *text, char *about, size_t n_bytes)
 {
@@ -126,7 +112,7 @@ int look_list(struct look_about *list, int most)
     return listing.n;
 }
 
-/* ---- one's own ------------------------------------------------------------------- */
+/* ---- one look -------------------------------------------------------------------- */
 
 static bool is_good_name(const char *name)
 {
@@ -137,6 +123,58 @@ static bool is_good_name(const char *name)
             return false;
     return true;
 }
+
+/* Is it the path of a file? Names of looks have neither a folder nor an ending. */
+static bool is_path(const char *name)
+{
+    const size_t n = strlen(name), n_ending = strlen(ENDING);
+    return strpbrk(name, "/\\") ||
+           (n > n_ending && strcmp(name + n - n_ending, ENDING) == 0);
+}
+
+/* The looks of the user's by name, as many as there is room for, or where they go. */
+static void describe_own(const char *name, char *text, size_t n_bytes)
+{
+    enum { MOST = 64 };
+    struct look_about list[MOST];
+    const int n = look_list(list, MOST);
+    size_t n_text = 0;
+    *text = 0;
+    for (int i = 0; i < n; i++) {
+        const size_t room = n_bytes - n_text;
+        if (!list[i].is_own || look_is_given(list[i].name))
+            continue;
+        const int n_more =
+            snprintf(text + n_text, room, "%s%s", n_text ? ", " : "", list[i].name);
+        if (n_more < 0 || (size_t)n_more >= room) {
+            text[n_text] = 0;
+            return;
+        }
+        n_text += (size_t)n_more;
+    }
+    if (n_text == 0)
+        snprintf(text, n_bytes, "rackfocus looks --save %s --cat-eye 0.5 keeps one",
+                 is_good_name(name) ? name : "NAME");
+}
+
+bool look_read(const char *name, struct settings *settings, struct image_error *error)
+{
+    char path[4096], own[256];
+    if (is_path(name))
+        return params_file_read(name, settings, error);
+    if (look_path(name, path, sizeof(path)) && os_file_facts(path).kind != OS_FILE_NONE)
+        return params_file_read(path, settings, error);
+    const struct look_given *given = find_given(name);
+    if (given)
+        return params_text_read(name, given->text, settings, error);
+    describe_own(name, own, sizeof(own));
+    return set_error(error,
+                     "--look %s: there is no such look; there are " LOOK_NAMES
+                     ", and your own: %s",
+                     name, own);
+}
+
+/* ---- one's own ------------------------------------------------------------------- */
 
 /* Makes the folders of a path; what is wrong shows where the file is written. */
 static void make_folders(char *path)

@@ -12,7 +12,8 @@
 /*
  * Sets what the look says, as if typed; what was typed before stays. A look of the
  * user's, NAME.params in rackfocus/looks of the folder for settings, wins over one of
- * that name that comes with the program. A message names those that there are.
+ * that name that comes with the program; a path, which has a folder or ends in .params,
+ * is a file. A message names those that there are.
  */
 bool look_read(const char *name, struct settings *settings, struct image_error *error);
 

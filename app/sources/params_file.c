@@ -35,6 +35,12 @@ static bool read_line(const char *path, int number, char *line,
                          "stands between it and its value, as in 'f-stop 2.8'",
                          path, number, key, other);
     const struct rf_param_info *info = rf_param_find(key);
+    if (strcmp(key, "aperture-image") == 0)
+        return set_error(
+            error,
+            "%s:%d: a picture is no parameter; type it beside the file, as "
+            "--aperture-image FILE, and leave this line out",
+            path, number);
     if (n > 1 && !info)
         return set_error(error,
                          "%s:%d: there is no parameter '%s' (of another version, or "

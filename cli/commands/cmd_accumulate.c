@@ -52,7 +52,8 @@ static const struct option options[] = {
                       "Saturation of what is above the threshold. [default 1]"),
     OPTION_TEXT_ROW("look", AT(look), "NAME",
                     "Take blend gamma and highlights from a look: " LOOK_NAMES
-                    ", or your own. What it says of the lens is in the views already, "
+                    ", your own, or a FILE.params. What it says of the lens is in the "
+                    "views already, "
                     "or never will be."),
     OPTION_TEXT_ROW("frames", AT(frames), "LIST",
                     "Sequence (names with ####): these frames, such as 1-240x2,300. "

@@ -22,8 +22,8 @@ struct aperture_options {
 static const struct option options[] = {
     OPTION_OUTPUT_ROW(AT(output), "Where to draw: .exr or .png."),
     OPTION_TEXT_ROW("look", AT(look), "NAME",
-                    "Look of a kind of lens, as rackfocus looks lists them; options "
-                    "win over it."),
+                    "Look of a kind of lens, as rackfocus looks lists them, or a "
+                    "FILE.params; options win over it."),
     OPTION_FILE_ROW("aperture-image", AT(aperture_image), "FILE",
                     "Picture of the aperture, EXR or PNG of any size, as the camera "
                     "sees it; implies --aperture image."),

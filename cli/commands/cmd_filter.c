@@ -61,7 +61,8 @@ static const struct option options[] = {
         "Picture of the aperture for layered, views and scatter, EXR or "
         "PNG of any size, as the camera sees it; implies --aperture image."),
     OPTION_TEXT_ROW("look", AT(look), "NAME",
-                    "Look of a kind of lens: " LOOK_NAMES ", or your own; options "
+                    "Look of a kind of lens: " LOOK_NAMES
+                    ", your own, or a FILE.params; options "
                     "and --params win over it."),
     OPTION_FILE_ROW("params", AT(params), "FILE",
                     "Parameters, a line 'key value' each, as rackfocus view saves "

@@ -36,7 +36,8 @@ static const struct option options[] = {
     OPTION_TEXT_ROW("focal-point", AT(focal_point), "X,Y,Z",
                     "Point in focus, in place of the scene's."),
     OPTION_TEXT_ROW("look", AT(look), "NAME",
-                    "Look of a kind of lens: " LOOK_NAMES ", or your own; options "
+                    "Look of a kind of lens: " LOOK_NAMES
+                    ", your own, or a FILE.params; options "
                     "that are typed win."),
     OPTION_INT_ROW("views", AT(n_views), "COUNT", 1, RF_MAX_LENS_POINTS,
                    "Render so many views from points of the lens and merge them (64 at "

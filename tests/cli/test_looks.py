@@ -113,6 +113,31 @@ def test_accumulate_changes_highlights_in_each_view(rackfocus, scene, tmp_path):
     assert numpy.allclose(found["G"], 1.5 * light["G"], rtol=2e-3)
 
 
+def test_a_look_may_be_a_file(rackfocus, scene, tmp_path, monkeypatch):
+    """By its path, anywhere, for all commands; what is typed wins over it, too."""
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "none"))
+    file, by_look, typed = (tmp_path / name for name in ("a.params", "l.exr", "t.exr"))
+    file.write_text("cat-eye 0.5\nhighlight-gain 3\n")
+    words = ("filter", scene(), "-o")
+    rackfocus(*words, by_look, "--look", file, "--highlight-gain", "2")
+    rackfocus(*words, typed, "--cat-eye", "0.5", "--highlight-gain", "2")
+    light = [plainexr.read(path)[0]["G"] for path in (by_look, typed)]
+    assert numpy.array_equal(*light)
+    rackfocus(*words, by_look, "--look", "a.params", cwd=tmp_path)
+    rackfocus("accumulate", typed, typed, "-o", by_look, "--look", file)
+    rackfocus("aperture", "-o", tmp_path / "a.png", "--look", file, "--width", "200")
+    file.write_text("aperture-image heart.png\n")
+    bad = rackfocus(*words, by_look, "--look", file, code=2).stderr
+    assert "a.params:1: a picture is no parameter; type it beside the file" in bad
+    missing = rackfocus(*words, by_look, "--look", tmp_path / "b.params", code=2)
+    assert "b.params: cannot be read: No such file" in missing.stderr
+    bad = rackfocus(*words, by_look, "--look", "b", code=2).stderr
+    assert "your own: rackfocus looks --save b --cat-eye 0.5 keeps one" in bad
+    rackfocus("looks", "--save", "mine", "--cat-eye", "1")
+    bad = rackfocus(*words, by_look, "--look", "b", code=2).stderr
+    assert bad.endswith("miniature, and your own: mine\n")
+
+
 def test_povray_knows_looks(rackfocus, tmp_path):
     """A name that there is none of, before anything is rendered."""
     out = tmp_path / "out.exr"
