@@ -480,13 +480,17 @@ static int choose_size(struct windows *w, struct needed *chosen)
         }
     if (w->work < INFINITY)
         return APP_DONE;
+    char way_out[96];
+    snprintf(way_out, sizeof(way_out), "in windows it takes %zu MiB, and is quick with",
+             mib_of(least_bytes));
+    if (least_bytes >= w->quick_bytes) /* margins are more than what they spare */
+        snprintf(way_out, sizeof(way_out), "windows take no less than the whole,");
     return app_fail(
         w->run->error, APP_FAILED,
         "--max-memory: %zu MiB are too few for %s, %d x %d px with radii of %.0f "
-        "px; in windows it takes %zu MiB, and is quick with %zu",
+        "px; %s %zu MiB",
         w->max_bytes >> 20, image_path(w->sources->colour), (int)w->width,
-        (int)w->height, ceil(w->run->largest_radius), mib_of(least_bytes),
-        mib_of(w->quick_bytes));
+        (int)w->height, ceil(w->run->largest_radius), way_out, mib_of(w->quick_bytes));
 }
 
 /* The margins of small windows take most of the time. */

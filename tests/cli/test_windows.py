@@ -89,6 +89,14 @@ def test_too_little_memory_for_windows(rackfocus, large, tmp_path):
     assert done.stderr == ""
 
 
+def test_windows_that_take_more_than_the_whole(rackfocus, large, tmp_path):
+    """Their margins do, of a small picture: the least is named, and is enough."""
+    path, out = large(400, 300, 32, "none", 4), tmp_path / "out.exr"
+    done = rackfocus("filter", path, "-o", out, "--max-memory", 20, code=1)
+    found = re.search(r"windows take no less than the whole, (\d+) MiB", done.stderr)
+    rackfocus("filter", path, "-o", out, *FAST, "--max-memory", found[1])
+
+
 def test_a_split_diopter_needs_the_whole_picture(rackfocus, large, tmp_path):
     path, out = large(701, 1603, 64, "zip", 5), tmp_path / "out.exr"
     split = [*FAST, "--split-diopter", 1000, "--max-memory", 200]
