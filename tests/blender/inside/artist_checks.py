@@ -21,7 +21,7 @@ from mathutils import Vector
 sys.path.insert(0, str(Path(__file__).parent))
 import checking  # noqa: E402
 import common  # noqa: E402
-from checking import OUT, Checks  # noqa: E402
+from checking import OUT, Checks, update  # noqa: E402
 from common import (  # noqa: E402
     addon,
     filtered,
@@ -144,6 +144,33 @@ def lengths_have_the_scenes_unit():
 def text_of(scene):
     """The line of the box."""
     return addon("ui").describe_focus(scene.camera, scene)
+
+
+# ---- the box ----------------------------------------------------------------------
+
+
+@check
+def objects_are_walked_over_once():
+    """The box asks for holdouts and the like in each drawing; moves change nothing."""
+    scene, data = start()
+    cube = next(o for o in scene.objects if o.type == "MESH")
+    walked, walks = addon("walked"), []
+
+    def n_walks(change, *values):
+        change(*values)
+        update()
+        walked.once(walks.append, scene)
+        return len(walks)
+
+    assert n_walks(update) == 1
+    assert n_walks(setattr, cube.location, "x", 2) == 1
+    assert n_walks(setattr, data.dof, "focus_distance", 2) == 1
+    assert n_walks(setattr, scene.camera.location, "x", 0.1) == 1
+    assert n_walks(setattr, cube, "hide_render", True) == 2
+    assert n_walks(setattr, cube, "is_holdout", True) == 3
+    assert n_walks(setattr, cube, "rack_focus_keep_sharp", True) == 4
+    assert n_walks(cube.data.materials[0].node_tree.nodes.clear) == 5
+    assert n_walks(setattr, scene.view_layers[0], "use", False) == 6
 
 
 # ---- look -------------------------------------------------------------------------

@@ -735,30 +735,6 @@ def a_local_camera():
 
 
 @check
-def objects_are_walked_over_once():
-    """The box asks for holdouts and the like in each drawing; moves change nothing."""
-    scene, data = start()
-    cube = next(o for o in scene.objects if o.type == "MESH")
-    walked, walks = addon("walked"), []
-
-    def n_walks(change, *values):
-        change(*values)
-        update()
-        walked.once(walks.append, scene)
-        return len(walks)
-
-    assert n_walks(update) == 1
-    assert n_walks(setattr, cube.location, "x", 2) == 1
-    assert n_walks(setattr, data.dof, "focus_distance", 2) == 1
-    assert n_walks(setattr, scene.camera.location, "x", 0.1) == 1
-    assert n_walks(setattr, cube, "hide_render", True) == 2
-    assert n_walks(setattr, cube, "is_holdout", True) == 3
-    assert n_walks(setattr, cube, "rack_focus_keep_sharp", True) == 4
-    assert n_walks(cube.data.materials[0].node_tree.nodes.clear) == 5
-    assert n_walks(setattr, scene.view_layers[0], "use", False) == 6
-
-
-@check
 def composited_3d_views():
     """They show nothing of other scenes, and were empty without a word."""
     scene = bpy.context.scene
