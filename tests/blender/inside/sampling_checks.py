@@ -71,6 +71,11 @@ def views_are_moved_within_parts_of_pixels():
     scene, data = start(views=2, supersample=2)
     supersample, keep = addon("supersample"), addon("keep")
     data.rack_focus.passes_folder = str(OUT / "moved")
+    taps_of, made_up_for = supersample.taps_of, []
+
+    def watched(source, scale, spread_px=0.0):
+        made_up_for.append(spread_px)
+        return taps_of(source, scale, spread_px)
 
     def look():
         copy = copy_of(scene)
@@ -78,14 +83,22 @@ def views_are_moved_within_parts_of_pixels():
 
     for samples, width, is_moved in ((32, 1.5, True), (40, 1.5, False), (32, 1, False)):
         scene.cycles.samples, scene.cycles.filter_width = samples, width
+        supersample.taps_of = watched
         with Watch(look) as seen:
             bpy.ops.render.render()
+        supersample.taps_of = taps_of
         narrow = 0.01 if is_moved else 0.52
         assert seen == [(is_moved, narrow)] and not last_message(scene), (width, seen)
         spread_px = 0.5 if is_moved else 0
         (_, place), _ = kept(scene)
-        is_off = abs(place.shear_distance / data.dof.focus_distance - 1) > 1e-3
-        assert (place.spread_px, is_off) == (spread_px, is_moved), place
+        lens = addon("lens").camera_parameters(scene.camera, scene.render)
+        size = addon("lens").picture_size(scene.render)
+        made = addon("library").rackfocus.Lens(*size, **lens)
+        off_focus = 1 / made.focus_distance - 1 / place.shear_distance
+        off_px = off_focus * made.lens_radius * made.focal_length_px
+        assert place.spread_px == spread_px, place
+        assert np.isclose(abs(off_px), 1.5 / 2 if is_moved else 0, atol=1e-3), off_px
+        assert made_up_for.pop() == spread_px and not made_up_for
         folder = OUT / "moved"
         files = keep.KeptFiles(scene, folder, scene.frame_current).views("ViewLayer")
         assert [one.spread_px for _, one in files] == [spread_px] * 2, files
