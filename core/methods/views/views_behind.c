@@ -18,7 +18,6 @@
 #include <math.h>
 #include <stddef.h>
 #include <stdint.h>
-#include <string.h>
 
 #include "base/context.h"
 #include "base/error.h"
@@ -33,13 +32,20 @@
 /* How far away a far part looks for what it goes on, px (1: plant - 0.2 dB). */
 enum { FAR_REACH = 2, FAR_ROWS = FAR_REACH + 1 };
 
+/* A far part that goes on what is behind its neighbours. */
+struct far_part {
+    int x;
+    float r;
+};
+
 /* The radii behind the surfaces of one view, while they are found. */
 struct plane {
     const struct rf_views *v;
     int view;
     float *radius;
     size_t stride;
-    float *rows; /* FAR_ROWS with far parts, until their neighbours have been asked */
+    /* Of FAR_ROWS rows the far parts, until all who look at those rows have asked. */
+    struct far_part *parts; /* of each row as many as it has pixels, at most */
 };
 
 /* Radii of one surface differ by less from pixel to pixel. */
@@ -67,12 +73,13 @@ static bool goes_on(const struct plane *p, int x, int y, float r)
     return false;
 }
 
-/* A row of the plane with the far parts that go on what is behind their neighbours. */
-static void find_far_parts(const struct plane *p, int y, float *row)
+/* Finds the far parts of a row that go on what is behind their neighbours. */
+static int find_far_parts(const struct plane *p, int y, struct far_part *found)
 {
     const struct rf_surfaces *s = &p->v->pictures[p->view].surfaces;
+    const float *row = p->radius + p->stride * (size_t)y;
     size_t i = (size_t)y * (size_t)s->width;
-    memcpy(row, p->radius + p->stride * (size_t)y, p->stride * sizeof *row);
+    int n = 0;
     for (int x = 0, step; x < s->width; x += step, i += (size_t)step) {
         /* Most words of the marks are empty. */
         step = i % 64 == 0 && s->mixed[i / 64].bits == 0 ? 64 : 1;
@@ -80,22 +87,26 @@ static void find_far_parts(const struct plane *p, int y, float *row)
             continue;
         float r = rf_far_at(s, i)->r;
         if (r < row[x] && goes_on(p, x, y, r))
-            row[x] = r;
+            found[n++] = (struct far_part){x, r};
     }
+    return n;
 }
 
 /* Rows change when all that look at them have: a far part counts beside pieces alone. */
 static void add_far_parts(const struct plane *p)
 {
-    int height = p->v->pictures[p->view].height;
+    int height = p->v->pictures[p->view].height, n[FAR_ROWS] = {0};
     for (int y = 0; y < height + FAR_REACH; y++) {
         int done = y - FAR_REACH;
         if (y < height)
-            find_far_parts(p, y, p->rows + p->stride * (size_t)(y % FAR_ROWS));
-        if (done >= 0)
-            memcpy(p->radius + p->stride * (size_t)done,
-                   p->rows + p->stride * (size_t)(done % FAR_ROWS),
-                   p->stride * sizeof *p->rows);
+            n[y % FAR_ROWS] =
+                find_far_parts(p, y, p->parts + p->stride * (size_t)(y % FAR_ROWS));
+        if (done < 0)
+            continue;
+        const struct far_part *of = p->parts + p->stride * (size_t)(done % FAR_ROWS);
+        float *row = p->radius + p->stride * (size_t)done;
+        for (int i = 0; i < n[done % FAR_ROWS]; i++)
+            row[of[i].x] = of[i].r;
     }
 }
 
@@ -153,7 +164,8 @@ static void put_pieces(const struct plane *p, int cell)
 struct filling {
     const struct rf_views *v;
     float *planes;
-    size_t stride, n; /* floats of a row and of a plane */
+    size_t stride, n;       /* floats of a row and of a plane */
+    struct far_part *parts; /* FAR_ROWS rows for each thread */
 };
 
 static void fill_planes(void *data, int64_t begin, int64_t end, int thread)
@@ -161,9 +173,8 @@ static void fill_planes(void *data, int64_t begin, int64_t end, int thread)
     const struct filling *f = data;
     const struct rf_views *v = f->v;
     for (int j = (int)begin; j < (int)end; j++) {
-        float *radius = f->planes + f->n * (size_t)j;
-        struct plane p = {v, j, radius, f->stride,
-                          radius + f->n - FAR_ROWS * f->stride};
+        struct plane p = {v, j, f->planes + f->n * (size_t)j, f->stride,
+                          f->parts + FAR_ROWS * f->stride * (size_t)thread};
         begin_plane(&p);
         for (int i = 0; i < v->n_cells && v->unseen; i++)
             if (v->cells[i].own >> j & 1)
@@ -180,12 +191,14 @@ rf_result rf_views_find_behind(const struct rf_views *v, float **planes,
     const struct rf_context *context = v->work->frame->context;
     const struct rf_picture *picture = &v->pictures[0];
     size_t stride = (size_t)picture->width + RF_ROW_MARGIN;
-    size_t n = stride * ((size_t)picture->height + FAR_ROWS);
-    size_t n_views = (size_t)v->work->n_views;
+    size_t n = stride * (size_t)picture->height, n_views = (size_t)v->work->n_views;
+    size_t n_parts = FAR_ROWS * stride * (size_t)context->n_threads;
+    struct far_part *parts = rf_alloc(context, n_parts, sizeof *parts);
     *planes = rf_alloc(context, n * n_views, sizeof **planes);
-    if (!*planes)
-        return rf_fail_memory(error, n * n_views, sizeof **planes);
-    struct filling filling = {v, *planes, stride, n};
-    rf_parallel(context, v->work->n_views, 1, fill_planes, &filling);
-    return RF_OK;
+    struct filling filling = {v, *planes, stride, n, parts};
+    if (*planes && parts)
+        rf_parallel(context, v->work->n_views, 1, fill_planes, &filling);
+    rf_free(context, parts);
+    return *planes && parts ? RF_OK
+                            : rf_fail_memory(error, n * n_views, sizeof **planes);
 }
