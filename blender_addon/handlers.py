@@ -41,9 +41,9 @@ from . import (
     taken,
     tap,
     unblurred,
+    view_textures,
     views,
     walked,
-    window_textures,
 )
 from .writing import write
 
@@ -113,7 +113,7 @@ def _prepare(scene):
                 lamps.describe(scene, camera),
                 strokes.describe(scene),
                 outputs.why_not(scene),
-                window_textures.describe(scene) if views.are_asked(scene) else (),
+                view_textures.describe(scene) if views.are_asked(scene) else (),
                 () if bpy.app.background else local_cameras.describe(scene),
             ):
                 if lines:

@@ -43,8 +43,8 @@ from . import (
     supersample,
     switched,
     view_passes,
+    view_textures,
     walked,
-    window_textures,
 )
 from .library import rackfocus
 from .writing import set_if_other
@@ -166,7 +166,7 @@ def describe(settings, scene, n):
         lines.append(f"{MOST_MERGED} views at most can be merged")
     if is_one_by_one(settings, scene):
         lines.append("The views are rendered one after another")
-    lines += window_textures.describe(scene)
+    lines += view_textures.describe(scene)
     if moving.may_lose_shear(scene, settings.id_data):
         lines.append("With Motion Blur, one view where this camera moves")
     if walked.once(sharp.names_of, scene):

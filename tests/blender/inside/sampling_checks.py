@@ -203,22 +203,22 @@ def where_a_sample_offset_leaves_no_depth_the_render_says_so():
 
 
 @check
-def window_textures_are_named_where_there_are_views():
-    """They lie in the picture, and each view is another picture."""
+def textures_of_the_view_are_named_where_there_are_views():
+    """Window lies in the picture, Camera counts from it, and each view is another one."""
     scene, data = start(views=4)
 
     def said():
         update()
         lines = addon("views").describe(data.rack_focus, scene, 4)
-        return " ".join(line for line in lines if "Window" in line)
+        return " ".join(line for line in lines if " texture of " in line)
 
-    def linked(owner, node_type):
-        """A Window texture in the nodes of a world or material, linked to a colour."""
+    def linked(owner, node_type, kind="Window"):
+        """Such a texture in the nodes of a world or material, linked to a colour."""
         owner.use_nodes = True
         tree = owner.node_tree
         place = tree.nodes.new("ShaderNodeTexCoord")
         shown = next(n for n in tree.nodes if n.type == node_type)
-        return tree.links.new(place.outputs["Window"], shown.inputs["Color"])
+        return tree.links.new(place.outputs[kind], shown.inputs["Color"])
 
     assert not said()
     scene.world = scene.world or bpy.data.worlds.new("World")
@@ -226,17 +226,23 @@ def window_textures_are_named_where_there_are_views():
     assert "the world" in said(), said()
     scene.world.node_tree.links.remove(link)
     assert not said(), said()
+    link = linked(scene.world, "BACKGROUND", "Camera")  # infinity is the same in all
+    assert not said(), said()
+    scene.world.node_tree.links.remove(link)
     cube = bpy.data.objects["cube"]
     material = cube.material_slots[0].material
     linked(material, "EMISSION")
-    assert f"“{material.name}”" in said(), said()
+    assert f"The Window texture of “{material.name}”" in said(), said()
+    other = bpy.data.objects["cube.001"].material_slots[0].material
+    linked(other, "EMISSION", "Camera")
+    assert f"The Camera texture of “{other.name}”" in said(), said()
     for views, is_told in ((4, True), (1, False)):
         data.rack_focus.views = views
         with checking.heard() as heard:
             bpy.ops.render.render()
         assert ("Window" in heard.getvalue()) == is_told, heard.getvalue()
     cube.hide_render = True
-    assert not said(), said()
+    assert "Window" not in said() and "Camera" in said(), said()
 
 
 @check
