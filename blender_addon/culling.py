@@ -3,10 +3,13 @@
 
 Cycles asks how far things are from the camera, and whether it sees them, with one camera
 alone: in multi-view it leaves nothing out, and what the artist's own render does not show,
-light too, would be in the views. They are rendered one after another then.
+light too, would be in the views. They are rendered one after another then, each by a
+multi-view render of one view, which Cycles is told is none.
 """
 
 import bpy
+
+from .writing import set_if_other
 
 
 def is_on(scene):
@@ -21,3 +24,8 @@ def is_on(scene):
     ]
     things = [thing.cycles for thing in bpy.data.objects if hasattr(thing, "cycles")]
     return any(getattr(one, name) for one in things for name in switches)
+
+
+def let(seen):
+    """Lets Cycles leave things out of one view of a scene (its evaluated copy)."""
+    set_if_other(seen.render, "use_multiview", False)

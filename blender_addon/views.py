@@ -19,7 +19,6 @@ import math
 
 import bpy
 import numpy as np
-from mathutils import Matrix, Vector
 
 from . import (
     bodies,
@@ -42,6 +41,7 @@ from . import (
     strokes,
     supersample,
     switched,
+    view_cameras,
     view_passes,
     view_textures,
     walked,
@@ -55,7 +55,6 @@ ENOUGH_SAMPLES = 32  # of a view; docs/measure_view_samples.py has the scores
 DENOISED_SUB_APERTURES = 16  # beside the denoiser they cost next to nothing
 LOUD_COUNT = 16  # more views, and parts of pixels, are a matter of memory
 BYTES_PER_PIXEL = 40  # and view: colour and depth, in Blender and in our hands
-MARK = "rack_focus_view"  # custom property of our cameras
 PASSES = ("use_pass_combined", "use_pass_z")
 
 
@@ -83,7 +82,8 @@ class Session:
         self.noted = None  # the scene's camera when the frame was prepared
         self.n_views = 1  # of the frame
         self.frame_scale = 1  # of the frame: 1 too where it cannot be filtered
-        self.places = []  # of the frame's views
+        self.places = {}  # of the frame's views, by their numbers
+        self.lent = {}  # of view_cameras.lend()
         self.placed = set()  # names of cameras that were put in their places for it
         self.problem = ""  # why they could not be placed
         self.note = ""  # on the frame's views, for the user
@@ -261,7 +261,7 @@ def begin(scene, own_samples=0, is_refocus=False):
     try:
         for index, copy in enumerate(copies):
             indices = [index] if is_sequence else range(most * scale**2)
-            session.camera_names += _add_cameras(scene, copy, indices)
+            session.camera_names += view_cameras.add(scene, copy, indices)
         handover.begin(scene, copies, [one for one in (own, drawn) if one])
     except Exception:
         clean_up()
@@ -289,11 +289,6 @@ def camera_of_frame(scene):
     """The camera object that the views of a frame are of; None: it has no views."""
     session = _sessions.get(scene.name)
     return session.camera if session is not None else None
-
-
-def is_of_view(camera):
-    """Is it one of the cameras that were made for views?"""
-    return camera is not None and MARK in camera
 
 
 def clean_up():
@@ -347,41 +342,8 @@ def _make_copy(scene, has_all_passes=False):
 
 
 def _remove_copy(copy):
-    for item in [o for o in copy.collection.objects if MARK in o]:
-        data = item.data
-        bpy.data.objects.remove(item)
-        bpy.data.cameras.remove(data)
+    view_cameras.remove(copy)
     compat.remove_scene(copy)
-
-
-def _suffix(index):
-    return f"_v{index:02d}"
-
-
-def _add_cameras(scene, copy, indices):
-    """One camera per view; returns their names, which multi-view finds them by."""
-    base = "Rack Focus"
-    while any(o.name.startswith(f"{base}_v") for o in copy.collection.objects):
-        base += "+"
-    names, camera = [], camera_objects.camera_of(scene)
-    if camera is None:
-        camera = min(camera_objects.cameras_of(scene), key=lambda one: one.name)
-    for index in indices:
-        data = camera.data.copy()
-        data.animation_data_clear()
-        data.dof.use_dof = False
-        data.dof.focus_object = None  # sampling.py sets a distance
-        made = bpy.data.objects.new(base + _suffix(index), data)
-        made[MARK] = index
-        copy.collection.objects.link(made)
-        names.append(made.name)
-    views = copy.render.views
-    while len(views) < len(indices):
-        views.new("view")
-    for view, index in zip(views, indices, strict=False):
-        view.name = f"v{index:02d}"
-        view.camera_suffix = view.file_suffix = _suffix(index)
-    return names
 
 
 # ---- frames -----------------------------------------------------------------------
@@ -404,7 +366,7 @@ def _look_through(scene, session, camera):
     session.camera, session.noted = camera, scene.camera
     for beside in filter(None, (session.own(), session.drawn())):
         _prepare_beside(scene, beside, session.camera)
-    session.places, session.placed = [], set()
+    session.places, session.placed = {}, set()
     session.n_views = min(
         view_count(camera_objects.settings_of(session.camera)),
         max(len(session.camera_names) // session.scale**2, 1),
@@ -448,6 +410,8 @@ def _camera_of_copy(session, copy):
     """What a copy renders through."""
     if copy.name not in session.copy_names or session.n_cameras() < 2:
         return session.camera
+    if view_cameras.has_camera(copy, session.camera):
+        return session.camera
     index = session.copy_names.index(copy.name)
     return bpy.data.objects[session.camera_names[index]]
 
@@ -484,22 +448,18 @@ def _prepare_copy(session, copy, index):
     for layer, own in zip(copy.view_layers, source.view_layers, strict=True):
         layer.use = own.use and is_used
     _split_samples(source, copy, index)
-    copy.render.use_multiview = n_cameras > 1 and not session.is_sequence
+    is_by_name = multiview_works or not session.is_sequence
+    copy.render.use_multiview = n_cameras > 1 and is_by_name
     is_still = session.n_views > 1 and is_spread(
         camera_objects.settings_of(session.camera)
     )
     copy.render.use_motion_blur = source.render.use_motion_blur and not is_still
-    for number, view in enumerate(copy.render.views):
-        view.use = number < n_cameras or number < 2  # Blender wants two
     if n_cameras < 2:
         set_if_other(copy, "camera", session.camera)
         return
-    names = session.camera_names
-    for name in [names[index]] if session.is_sequence else names:
-        camera = bpy.data.objects[name]
-        if camera.parent != session.camera:
-            camera.parent = session.camera
-    set_if_other(copy, "camera", bpy.data.objects[names[index]])
+    names = session.camera_names[:n_cameras]
+    names = names[index : index + 1] if session.is_sequence else names
+    view_cameras.look_through(copy, session.camera, names or session.camera_names[:1])
 
 
 def _split_samples(scene, copy, index):
@@ -572,6 +532,8 @@ def follow(scene, depsgraph):
     index = session.copy_names.index(scene.name)
     if session.is_sequence and index >= n * n_parts:
         return
+    if session.is_sequence and culling.is_on(source):
+        culling.let(depsgraph.scene_eval)
     seen = session.camera.evaluated_get(depsgraph)
     points = _points(seen, source, n)
     session.problem = ""
@@ -581,8 +543,6 @@ def follow(scene, depsgraph):
         session.problem = str(error)
         return
     made = rackfocus.Lens(*lens.picture_size(source.render), **params)
-    if not session.is_sequence:
-        session.places = []
     is_moved = _is_moved(source, session)
     plane = sampling.plane_in_place(made, is_moved, session.frame_scale)
     spread_px = sampling.spread_px(source) if is_moved else 0.0
@@ -596,12 +556,26 @@ def follow(scene, depsgraph):
         # 3.4 evaluates a new parent with the first write after it only.
         is_first = camera.name not in session.placed
         session.placed.add(camera.name)
-        place = _put(camera, seen, made, plane, (*point[:3], *right_up), is_first)
+        place = view_cameras.put(
+            camera, seen, made, plane, (*point[:3], *right_up), is_first
+        )
         set_if_other(camera.data.dof, "use_dof", is_moved)
         if is_moved:
             sampling.open_lens(camera.data, made, spread_px)
         if part == 0:
-            session.places.append(place._replace(spread_px=spread_px))
+            session.places[number // n_parts] = place._replace(spread_px=spread_px)
+    if is_moved and view_cameras.has_camera(scene, session.camera):
+        view_cameras.lend(seen, made, spread_px, session.lent)
+
+
+def give_back(scene, depsgraph):
+    """Gives the user's evaluated camera its own lens back, before it is read."""
+    source = scene.rack_focus.viewed
+    session = _sessions.get(source.name) if source is not None else None
+    if session is not None and session.camera is not None and session.lent:
+        seen = session.camera.evaluated_get(depsgraph)
+        if seen.is_evaluated:
+            view_cameras.give_back(seen, depsgraph, session.lent)
 
 
 def _points(camera, scene, n):
@@ -614,48 +588,6 @@ def _points(camera, scene, n):
     params["blade_curvature"] = settings.blade_curvature
     params["method"] = settings.method
     return rackfocus.lens_points(n, frame=scene.frame_current, **params)
-
-
-def _put(camera, seen, made, distance, point, is_first):
-    """Places one camera for a view, a child of the user's; returns its passes.Place.
-
-    seen: the user's camera, evaluated; made: its rackfocus.Lens; distance: of the plane
-    that stays in place; point: of the lens, (u, v, time), and (x, y) of the part of its
-    pixels, for the shift; is_first: in this frame.
-    """
-    radius = made.lens_radius
-    u, v = (float(np.float32(radius * part)) for part in point[:2])
-    data, own, settings = camera.data, seen.data, camera.parent.data.rack_focus
-    for name in ("type", "lens", "ortho_scale", "sensor_width", "sensor_height"):
-        set_if_other(data, name, getattr(own, name))
-    for name in ("sensor_fit", "clip_start", "clip_end"):
-        set_if_other(data, name, getattr(own, name))
-    shift, factor = Vector((own.shift_x, own.shift_y)) + Vector(point[3:]), 1.0
-    move = Matrix.Translation((u, v, 0))
-    is_look_at = settings.method == "accumulate" and settings.camera_move == "look_at"
-    if is_look_at:
-        move = move @ _turn_towards(Vector((u, v, distance)))
-    elif own.type == "ORTHO":
-        move[0][2], move[1][2] = u / distance, v / distance
-        factor = 1 / math.sqrt(1 + (u * u + v * v) / distance**2)
-    else:
-        side = own.sensor_height if own.sensor_fit == "VERTICAL" else own.sensor_width
-        shift -= Vector((u, v)) * (own.lens / (distance * side))
-    set_if_other(data, "shift_x", shift.x)
-    set_if_other(data, "shift_y", shift.y)
-    # The scale of the user's camera counts for nothing.
-    lengths = [column.length for column in seen.matrix_world.to_3x3().col]
-    inverse = Matrix.Diagonal((*lengths, 1)).inverted() @ move
-    if is_first or camera.matrix_parent_inverse != inverse:
-        camera.matrix_parent_inverse = inverse
-    return passes.Place((u, v), 0.0 if is_look_at else distance, factor, point[2])
-
-
-def _turn_towards(back):
-    """Rotation of a camera whose axis runs back along a vector, its top upwards."""
-    z = back.normalized()
-    x = Vector((0, 1, 0)).cross(z).normalized()
-    return Matrix((x, z.cross(x), z)).transposed().to_4x4()
 
 
 # ---- after the views are rendered --------------------------------------------------
@@ -703,21 +635,32 @@ def _take(session):
         why = "the views' cameras were not placed; the console says why"
         raise ViewsError(session.problem or why)
     if session.is_sequence:
-        files = [(passes.RenderedPasses(copy), "", "") for copy in copies[:n]]
+        files = list(map(_only_view, copies[:n], session.camera_names))
     else:
         rendered = passes.RenderedPasses(copies[0], n)
-        missing = [i for i in range(n) if _suffix(i) not in rendered.files]
+        suffixes = session.camera_names[:n]
+        missing = [one for one in suffixes if one not in rendered.files]
         if missing:
             multiview_works = False
             raise ViewsError(
                 f"this Blender rendered only {n - len(missing)} of {n} views together; "
                 "render again: they are rendered one after another from now on"
             )
-        files = [(rendered, _suffix(i), f"v{i:02d}") for i in range(n)]
+        files = [(rendered, one, f"v{i:02d}") for i, one in enumerate(suffixes)]
     settings = session.camera.data.rack_focus
     is_look_at = settings.method == "accumulate" and settings.camera_move == "look_at"
+    places = [session.places[i] for i in range(n_views)]
     about = is_look_at, session.frame_scale, session.is_noisy
-    return view_passes.ViewPasses(files, session.places, *about)
+    return view_passes.ViewPasses(files, places, *about)
+
+
+def _only_view(copy, name):
+    """What a copy rendered through the camera of a name, as of view_passes.ViewPasses."""
+    rendered = passes.RenderedPasses(copy)
+    if not copy.render.use_multiview:
+        return rendered, "", ""
+    suffix = name if name in rendered.files else ""  # 3.4 leaves it out
+    return rendered, suffix, copy.render.views[0].name
 
 
 # ---- merging ----------------------------------------------------------------------

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Several views and their mean in every Blender: see inside/view_checks.py
-and inside/sampling_checks.py."""
+"""Several views and their mean in every Blender: see inside/view_checks.py,
+inside/sampling_checks.py and inside/camera_checks.py."""
 
 import json
 import re
@@ -12,6 +12,7 @@ from conftest import call, only_in
 
 pytestmark = only_in("3.4", "5.0", "newest")
 CHECKED = Checked("view_checks.py", "view_results.json")
+CAMERAS = Checked("camera_checks.py", "camera_results.json")
 SAMPLING = Checked("sampling_checks.py", "sampling_results.json")
 
 
@@ -25,6 +26,12 @@ def test_check(blender, dist, name):
 def test_few_samples(blender, dist, name):
     """One check of inside/sampling_checks.py in one Blender."""
     SAMPLING.expect(blender, dist, name)
+
+
+@pytest.mark.parametrize("name", names_of("camera_checks.py"))
+def test_cameras(blender, dist, name):
+    """One check of inside/camera_checks.py in one Blender."""
+    CAMERAS.expect(blender, dist, name)
 
 
 def kept_views(blender, folder):

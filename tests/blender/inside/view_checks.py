@@ -426,7 +426,7 @@ def one_after_another():
 
     def lose_one(scene, path):
         whole(scene, path)
-        path.with_name("passes_v01.exr").unlink(missing_ok=True)
+        path.with_name("passesRack Focus_v01.exr").unlink(missing_ok=True)
 
     passes.RenderedPasses._save = staticmethod(lose_one)
     try:
@@ -487,7 +487,7 @@ def restored_after_cancel_and_error():
         (views, "process", fail, "a fault"),
         (views, "_take", fail, "a fault"),
         (views, "follow", fail, "not placed"),
-        (views, "_add_cameras", fail, "a test"),
+        (addon("view_cameras"), "add", fail, "a test"),
         (addon("handover"), "begin", fail, "a test"),
     ):
         whole = getattr(owner, name)

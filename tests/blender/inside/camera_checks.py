@@ -1,0 +1,229 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Checks of what several views show of the artist's camera, run inside Blender.
+
+camera_checks.py DIST OUT [CHECK ...]    writes OUT/camera_results.json
+"""
+
+import sys
+from pathlib import Path
+
+import bpy
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).parent))
+import checking  # noqa: E402
+from checking import Checks, key_focus, shot  # noqa: E402
+from common import (  # noqa: E402
+    V,
+    addon,
+    kept,
+    last_message,
+    same,
+    settings_of,
+    start,
+    unchanged,
+)
+
+SPREAD = {"views": 3, "method": "accumulate", "shutter_spread": True}
+# Together, with the tiny lens of few samples, parts of pixels, one after another.
+WAYS = (
+    ({"views": 3}, 30),
+    ({"views": 3}, 6),
+    ({"views": 1, "supersample": 2}, 8),
+    (SPREAD, 6),
+)
+
+
+def prepare():
+    """Views rendered together; the camera is not where those of views would be."""
+    addon("views").multiview_works = True
+    bpy.context.scene.camera.location = 0.25, 0, 0.1
+
+
+check = Checks(prepare)
+
+
+def meshes(scene):
+    """Its cubes, those that are farther than the nearest ones."""
+    return [o for o in scene.objects if o.type == "MESH"][8:]
+
+
+def cull(scene):
+    """Lets Cycles leave out cubes that are far; the views come one after another."""
+    scene.render.use_simplify = scene.cycles.use_distance_cull = True
+    scene.cycles.distance_cull_margin = 5
+    for cube in meshes(scene):
+        cube.cycles.use_distance_cull = True
+
+
+def drive(cube, path):
+    """Adds a value of the scene that is evaluated to the place of a cube."""
+    driver = cube.driver_add("location", 0).driver
+    variable = driver.variables.new()
+    variable.name, variable.type = "read", "CONTEXT_PROP"
+    variable.targets[0].context_property = "ACTIVE_SCENE"
+    variable.targets[0].data_path = path
+    driver.expression = f"{cube.location.x} + read"
+
+
+def follow_camera(cube, camera):
+    """Moves a cube by what Geometry Nodes know of the active camera."""
+    tree = bpy.data.node_groups.new("follow", "GeometryNodeTree")
+    for way in ("INPUT", "OUTPUT"):
+        kind = "NodeSocketGeometry"
+        tree.interface.new_socket("Geometry", in_out=way, socket_type=kind)
+    kinds = ("InputActiveCamera", "ObjectInfo", "Transform")
+    active, info, move = (tree.nodes.new(f"GeometryNode{kind}") for kind in kinds)
+    first, last = (tree.nodes.new(f"NodeGroup{kind}") for kind in ("Input", "Output"))
+    for source, target in (
+        (active.outputs[0], info.inputs["Object"]),
+        (info.outputs["Location"], move.inputs["Translation"]),
+        (first.outputs[0], move.inputs[0]),
+        (move.outputs[0], last.inputs[0]),
+    ):
+        tree.links.new(source, target)
+    cube.modifiers.new("follow", "NODES").node_group = tree
+
+
+# ---- what reads the scene's camera ------------------------------------------------
+
+
+@check
+def the_scenes_camera_is_the_artists():
+    """In every evaluation of every way to render views, culling included."""
+    scene, data = start()
+    found = set()
+
+    def look(seen, depsgraph=None):
+        if depsgraph is not None and depsgraph.mode == "RENDER":
+            is_view = seen.rack_focus.viewed == scene
+            found.add((is_view, depsgraph.scene_eval.camera.original.name))
+
+    bpy.app.handlers.frame_change_post.append(look)
+    try:
+        for settings, samples in (*WAYS, ({"views": 3, "method": "layered"}, 6)):
+            for name, value in settings.items():
+                setattr(data.rack_focus, name, value)
+            scene.cycles.samples = samples
+            before = settings_of(scene)
+            bpy.ops.render.render()
+            assert not last_message(scene), (settings, last_message(scene))
+            unchanged(scene, before)
+            assert (True, scene.camera.name) in found, (settings, found)
+            assert {name for _, name in found} == {scene.camera.name}, (settings, found)
+            data.rack_focus.supersample = 1
+            data.rack_focus.shutter_spread = False
+            found.clear()
+            if settings == SPREAD:
+                cull(scene)
+    finally:
+        bpy.app.handlers.frame_change_post.remove(look)
+
+
+@check
+def drivers_of_the_scenes_camera():
+    """As with what they read written down; its focus distance too."""
+    if V < (4, 0, 0):
+        return  # no driver reads the scene that is evaluated
+    for path in ("camera.location[0]", "camera.data.dof.focus_distance"):
+        for settings, samples in WAYS:
+            pictures = []
+            for is_driven in (True, False):
+                bpy.ops.wm.open_mainfile(filepath=str(checking.BASE))
+                prepare()
+                scene, _ = start(**settings)
+                scene.cycles.samples = samples
+                for cube in meshes(scene):
+                    if is_driven:
+                        drive(cube, path)
+                    else:
+                        cube.location.x += scene.path_resolve(path)
+                pictures.append(shot(scene, "driven.exr"))
+                assert not last_message(scene), last_message(scene)
+            assert np.abs(pictures[0] - pictures[1]).max() < 1e-6, (path, settings)
+
+
+@check
+def the_active_camera_of_geometry_nodes():
+    """The same bits as of cubes that were moved by hand."""
+    if V < (4, 1, 0):
+        return  # there is no such node
+    pictures = []
+    for is_node in (True, False):
+        bpy.ops.wm.open_mainfile(filepath=str(checking.BASE))
+        prepare()
+        scene, _ = start(views=3)
+        for cube in meshes(scene):
+            if is_node:
+                follow_camera(cube, scene.camera)
+            else:
+                for vertex in cube.data.vertices:
+                    vertex.co += scene.camera.location
+        pictures.append(shot(scene, "nodes.exr"))
+        assert not last_message(scene), last_message(scene)
+    same(*pictures)
+
+
+@check
+def a_camera_with_a_long_name():
+    """5.0 has names that are longer than a suffix of a view: the picture is the same."""
+    scene, _ = start(views=3)
+    wanted = shot(scene, "name.exr")
+    scene.camera.name = "C" * 250
+    same(shot(scene, "name.exr"), wanted)
+    assert not last_message(scene), last_message(scene)
+
+
+@check
+def other_objects_of_these_names():
+    """Cameras of the artist are called as those of views are."""
+    scene, _ = start(views=3)
+    wanted = shot(scene, "taken.exr")
+    for name in ("Rack Focus_v01", "Rack Focus_v02.001"):
+        other = bpy.data.objects.new(name, bpy.data.cameras.new(name))
+        scene.collection.objects.link(other)
+    scene.camera.name = "Rack Focus_v00"
+    same(shot(scene, "taken.exr"), wanted)
+    assert not last_message(scene), last_message(scene)
+
+
+# ---- evaluated more than once -----------------------------------------------------
+
+
+@check
+def motion_blur_reads_the_artists_lens():
+    """In each of its evaluations, not the tiny lens that few samples are taken with."""
+    scene, data = start(views=3)
+    scene.cycles.samples = 6
+    data.dof.aperture_blades, data.dof.aperture_ratio = 5, 1.5
+    key_focus(data, {1: 3, 5: 2})
+    scene.frame_set(3)
+    for target in (None, meshes(scene)[0]):
+        data.dof.focus_object = target
+        found = []
+        for is_blurred in (False, True):
+            scene.render.use_motion_blur = is_blurred
+            bpy.ops.render.render()
+            assert not last_message(scene), last_message(scene)
+            found.append([place for _, place in kept(scene)])
+        assert found[0] == found[1], (target, found)
+
+
+@check
+def views_one_after_another_with_motion_blur_and_layers():
+    """Each is evaluated several times."""
+    scene, data = start(**SPREAD)
+    scene.view_layers.new("Front")
+    bpy.ops.render.render()
+    assert not last_message(scene), last_message(scene)
+    found = addon("passes").rendered(scene)
+    assert [len(found.views(name)) for name in ("ViewLayer", "Front")] == [3, 3]
+    data.rack_focus.shutter_spread, data.rack_focus.method = False, "layered"
+    scene.render.use_motion_blur = True
+    cull(scene)
+    bpy.ops.render.render()
+    assert not last_message(scene), last_message(scene)
+    assert len({place.offset for _, place in kept(scene)}) == 3
+
+
+checking.run(check, "camera_results.json")
