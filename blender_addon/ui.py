@@ -16,6 +16,7 @@ from . import (
     lamps,
     lens,
     local_cameras,
+    memory,
     mirrors,
     outputs,
     refocusing,
@@ -227,6 +228,8 @@ def describe_supersample(settings, scene):
     lines = [f"{scale * width} × {scale * height} px, {samples} {what} each"]
     if scene.render.use_motion_blur:
         lines.append("With Motion Blur, what moves comes out better without")
+    if n == 1:  # views say it
+        lines += memory.describe(scene, width * height * scale**2)
     return lines
 
 

@@ -32,6 +32,7 @@ from . import (
     group,
     handover,
     lens,
+    memory,
     mirrors,
     moving,
     passes,
@@ -53,8 +54,6 @@ METHODS = ("layered", "views", "accumulate")  # those that take several views
 MOST_MERGED = 64
 ENOUGH_SAMPLES = 32  # of a view; docs/measure_view_samples.py has the scores
 DENOISED_SUB_APERTURES = 16  # beside the denoiser they cost next to nothing
-LOUD_COUNT = 16  # more views, and parts of pixels, are a matter of memory
-BYTES_PER_PIXEL = 40  # and view: colour and depth, in Blender and in our hands
 PASSES = ("use_pass_combined", "use_pass_z")
 
 
@@ -171,10 +170,7 @@ def describe(settings, scene, n):
         lines.append("With Motion Blur, one view where this camera moves")
     if walked.once(sharp.names_of, scene):
         lines.append("Objects are kept sharp with one view only")
-    if n * scale**2 > LOUD_COUNT:
-        n_bytes = n * width * height * scale**2 * BYTES_PER_PIXEL
-        lines.append(f"The views take {n_bytes / 1e9:.1f} GB")
-    return lines
+    return lines + memory.describe(scene, n * width * height * scale**2)
 
 
 def is_unfiltered(settings, scene):

@@ -104,8 +104,6 @@ def views_are_moved_within_parts_of_pixels():
         folder = OUT / "moved"
         files = keep.KeptFiles(scene, folder, scene.frame_current).views("ViewLayer")
         assert [one.spread_px for _, one in files] == [spread_px] * 2, files
-    lines = addon("views").describe(data.rack_focus, scene, 8)
-    assert any(line.startswith("The views take") for line in lines), lines
     for scale in (2, 3, 4):
         taps = supersample.weights(scale, "BLACKMAN_HARRIS", 1.5, 0.5)
         at = (np.arange(len(taps)) - (len(taps) - 1) / 2) / scale
@@ -271,6 +269,25 @@ def an_orthographic_camera_that_moves_has_one_view_with_motion_blur():
     scene.render.use_motion_blur, data.rack_focus.method = False, "views"
     bpy.ops.render.render()
     assert len(kept(scene)) == 4 and not last_message(scene), last_message(scene)
+
+
+@check
+def memory_of_views_is_said():
+    """What they take while they are merged and cleaned, not what is kept of them alone."""
+    scene, data = start(views=8)
+    scene.cycles.samples = 64
+    data.rack_focus.supersample = 2
+    said = "The views need some {} GB of memory"
+    for width, is_denoised, line in (
+        (72, False, None),
+        (1920, False, said.format(8)),  # 8 x 3840 x 2160 x 120 bytes
+        (1920, True, said.format(19)),
+    ):
+        scene.render.resolution_x, scene.render.resolution_y = width, width * 9 // 16
+        scene.cycles.use_denoising = is_denoised
+        lines = addon("views").describe(data.rack_focus, scene, 8)
+        found = [text for text in lines if text.startswith("The views need")]
+        assert found == ([line] if line else []), (width, is_denoised, lines)
 
 
 checking.run(check, "sampling_results.json")
