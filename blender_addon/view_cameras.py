@@ -9,7 +9,10 @@ So drivers, Geometry Nodes and scripts that ask for the scene's camera find it w
 in every view (a driver that reads it: 17.2 dB where 43.1 are right).
 
 The place and the shift are then those of the view's camera; its lens is that of the
-user's, whose evaluated copy lends the tiny lens of sampling.py.
+user's, whose evaluated copy has the tiny lens of sampling.py meanwhile. A focus object
+cannot be taken off that copy (Blender evaluates it anew then, now and then before the
+render): with one, and that lens, a copy's camera is that of a view. Where something asks
+for it, there is no tiny lens.
 """
 
 import math
@@ -18,17 +21,12 @@ import bpy
 import numpy as np
 from mathutils import Matrix, Vector
 
-from . import camera_objects, passes, sampling
+from . import camera_objects, driven, passes, sampling, walked
 from .writing import set_if_other
 
 MARK = "rack_focus_view"  # custom property of our cameras
-LENT = (
-    "focus_object",
-    "focus_distance",
-    "aperture_fstop",
-    "aperture_blades",
-    "aperture_ratio",
-)  # what sampling.open_lens() needs of a camera's depth of field
+# What sampling.open_lens() writes of a camera's depth of field.
+LENT = ("focus_distance", "aperture_fstop", "aperture_blades", "aperture_ratio")
 
 
 # ---- making them ------------------------------------------------------------------
@@ -73,23 +71,55 @@ def is_of_view(camera):
     return camera is not None and MARK in camera
 
 
+# ---- what asks for the scene's camera ---------------------------------------------
+
+ACTIVE_CAMERA = "GeometryNodeInputActiveCamera"
+
+
+def is_asked_for(scene):
+    """Do drivers or Geometry Nodes ask for the camera of the scene they are evaluated in?
+
+    Nobody knows it of scripts.
+    """
+    return walked.once(_is_asked_for, scene)
+
+
+def _is_asked_for(_scene):
+    trees = bpy.data.node_groups
+    if any(n.bl_idname == ACTIVE_CAMERA for tree in trees for n in tree.nodes):
+        return True
+    kinds = [p for p in bpy.data.bl_rna.properties if p.type == "COLLECTION"]
+    owners = [one for kind in kinds for one in getattr(bpy.data, kind.identifier)]
+    owners += [one.node_tree for one in owners if getattr(one, "node_tree", None)]
+    return any(
+        target.context_property == "ACTIVE_SCENE"
+        and target.data_path.startswith("camera")
+        for one in owners
+        if getattr(one, "animation_data", None) is not None
+        for curve in one.animation_data.drivers
+        for target in driven.targets_of(curve.driver)
+    )
+
+
 # ---- looking through them ---------------------------------------------------------
 
 
 def has_camera(copy, camera):
-    """Are views of a camera object found by names, so that it is the copy's camera?
+    """Do views of a camera object leave it the copy's camera?
 
-    Names of more bytes than a suffix has (5.0) are not found.
+    Not those that look_through() was told, nor of one whose name has more bytes than a
+    suffix (5.0).
     """
     render = copy.render
     return render.use_multiview and render.views[-1].camera_suffix == camera.name
 
 
-def look_through(copy, camera, names):
+def look_through(copy, camera, names, is_left=True):
     """Lets a copy render the views of a camera object, in a frame.
 
     names: of the objects of add() whose views are rendered; they become children of the
-    camera. The copy's own camera is the first one of them where has_camera() is not.
+    camera. is_left: is it the copy's camera, where its name allows that? Else the first
+    view's is.
     """
     for name in names:
         view_camera = bpy.data.objects[name]
@@ -99,7 +129,7 @@ def look_through(copy, camera, names):
     for view in views:
         view.use = view.camera_suffix in names
     base.use = False
-    set_if_other(base, "camera_suffix", camera.name)
+    set_if_other(base, "camera_suffix", camera.name if is_left else "")
     is_found = has_camera(copy, camera)
     set_if_other(copy, "camera", camera if is_found else bpy.data.objects[names[0]])
 
@@ -107,30 +137,23 @@ def look_through(copy, camera, names):
 def lend(seen, made, radius_px, lent):
     """Gives a user's evaluated camera the tiny lens that its views are taken with.
 
-    made: its rackfocus.Lens; radius_px: of sampling.py's disc; lent: dictionary for
-    give_back().
+    seen: without a focus object; made: its rackfocus.Lens; radius_px: of sampling.py's
+    disc; lent: dictionary for give_back().
     """
     dof = seen.data.dof
     own = {name: getattr(dof, name) for name in LENT}
-    if own["focus_object"] is not None:
-        own["focus_object"] = own["focus_object"].original.name_full
-        dof.focus_object = None
     sampling.open_lens(seen.data, made, radius_px)
     set_if_other(dof, "use_dof", True)
     lent.clear()
     lent.update({name: (own[name], getattr(dof, name)) for name in LENT})
 
 
-def give_back(seen, depsgraph, lent):
+def give_back(seen, lent):
     """Undoes lend() in what was not evaluated anew since."""
     dof = seen.data.dof
     for name, (own, ours) in lent.items():
-        if getattr(dof, name) != ours or own == ours:
-            continue
-        if name == "focus_object":
-            own = next(o for o in bpy.data.objects if o.name_full == own)
-            own = own.evaluated_get(depsgraph)
-        setattr(dof, name, own)
+        if getattr(dof, name) == ours:
+            setattr(dof, name, own)
 
 
 def put(camera, seen, made, distance, point, is_first):

@@ -455,7 +455,10 @@ def _prepare_copy(session, copy, index):
         return
     names = session.camera_names[:n_cameras]
     names = names[index : index + 1] if session.is_sequence else names
-    view_cameras.look_through(copy, session.camera, names or session.camera_names[:1])
+    has_object = session.camera.data.dof.focus_object is not None
+    is_left = not (has_object and _is_moved(source, session))
+    names = names or session.camera_names[:1]
+    view_cameras.look_through(copy, session.camera, names, is_left)
 
 
 def _split_samples(scene, copy, index):
@@ -490,11 +493,13 @@ def _split_samples(scene, copy, index):
 
 
 def _is_moved(scene, session):
-    """Are the frame's views moved within their pixels? See sampling.py."""
+    """Are the frame's views moved within their pixels? See sampling.py, view_cameras.py."""
     data, n, scale = session.camera.data, session.n_views, session.frame_scale
     each = camera_objects.settings_of(session.camera).view_samples
     samples = sampling.samples_of_view(sampling.samples_of(scene), n, each, scale)
-    return n > 1 and sampling.is_needed(scene, data, samples, scale)
+    if n < 2 or not sampling.is_needed(scene, data, samples, scale):
+        return False
+    return data.dof.focus_object is None or not view_cameras.is_asked_for(scene)
 
 
 def moment_of(scene):
@@ -571,7 +576,7 @@ def give_back(scene, depsgraph):
     if session is not None and session.camera is not None and session.lent:
         seen = session.camera.evaluated_get(depsgraph)
         if seen.is_evaluated:
-            view_cameras.give_back(seen, depsgraph, session.lent)
+            view_cameras.give_back(seen, session.lent)
 
 
 def _points(camera, scene, n):
