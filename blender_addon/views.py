@@ -18,7 +18,6 @@ samples.
 import math
 
 import bpy
-import numpy as np
 
 from . import (
     bodies,
