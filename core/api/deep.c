@@ -8,7 +8,7 @@
 #include "base/task.h"
 #include "input/field.h"
 #include "input/frame.h"
-#include "input/light_map.h"
+#include "compose/light_map.h"
 #include "input/pixels.h"
 #include "methods/layered/deep.h"
 #include "rackfocus/rackfocus.h"

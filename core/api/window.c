@@ -45,7 +45,7 @@
 #include "input/field.h"
 #include "input/film.h"
 #include "input/frame.h"
-#include "input/light_map.h"
+#include "compose/light_map.h"
 #include "input/pixels.h"
 #include "input/views_in.h"
 #include "input/white.h"

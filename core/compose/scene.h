@@ -11,7 +11,7 @@
 #include "compose/footprint.h"
 #include "input/field.h"
 #include "input/frame.h"
-#include "input/light_map.h"
+#include "compose/light_map.h"
 #include "kernels/data.h"
 
 /* A small emitter: where the lens' centre sees it, radius, weight, colour. */

@@ -11,7 +11,7 @@
 #include "compose/footprint.h"
 #include "compose/scene.h"
 #include "input/frame.h"
-#include "input/light_map.h"
+#include "compose/light_map.h"
 #include "input/views_in.h"
 #include "kernels/data.h"
 #include "kernels/sight_kernels.h"

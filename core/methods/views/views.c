@@ -61,7 +61,7 @@
 #include "compose/scene.h"
 #include "input/field.h"
 #include "input/frame.h"
-#include "input/light_map.h"
+#include "compose/light_map.h"
 #include "input/pixels.h"
 #include "input/views_in.h"
 #include "kernels/data.h"
@@ -155,8 +155,8 @@ static rf_result find_unseen(struct rf_views *v, const struct rf_view_cell *cell
 }
 
 /*
- * What the cells weigh where looks take light away: each its open area, and all
- * together `total` everywhere. Where no light comes through, their whole areas.
+ * What the cells weigh where looks take light away: each the light that
+ * comes through it, and all together `total` everywhere. Where none does, all of theirs.
  */
 static rf_result weigh_cells(struct rf_view_cell *cells, const double *area, int n,
                              struct rf_error *error)
@@ -168,7 +168,8 @@ static rf_result weigh_cells(struct rf_view_cell *cells, const double *area, int
     if (!rf_look_is_dark(&look) || n == 1)
         return RF_OK;
     for (int i = 0; i < n && result == RF_OK; i++) {
-        result = rf_light_map_make(&cells[i].weights, f, &cells[i].frame.shape, error);
+        result = rf_light_map_make(&cells[i].weights, f, &cells[i].frame.shape,
+                                   rf_frame_bokeh_plane(f), error);
         total += area[i];
     }
     size_t n_nodes = (size_t)cells->weights.n_x * (size_t)cells->weights.n_y;

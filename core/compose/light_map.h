@@ -1,14 +1,14 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* How much light the looks of a lens let through, over a picture. */
-#ifndef RF_INPUT_LIGHT_MAP_H
-#define RF_INPUT_LIGHT_MAP_H
+#ifndef RF_COMPOSE_LIGHT_MAP_H
+#define RF_COMPOSE_LIGHT_MAP_H
 
 #include "input/frame.h"
 #include "lens/aperture.h"
 #include "rackfocus/rackfocus.h"
 
 /*
- * The share of a shape that lets light through, at nodes RF_LIGHT_STEP px apart of the
+ * The share of a shape's light that comes through, at nodes RF_LIGHT_STEP px apart of the
  * whole picture; linear between them.
  */
 struct rf_light_map {
@@ -20,9 +20,13 @@ struct rf_light_map {
 
 enum { RF_LIGHT_STEP = 16 };
 
-/* The map of a frame's pixels; rf_light_map_free() in any case. */
+/*
+ * The map of a frame's pixels, of a shape with the light of `plane` of the frame's picture
+ * of the aperture (not read where its light is even); rf_light_map_free() in any case.
+ */
 rf_result rf_light_map_make(struct rf_light_map *map, const struct rf_frame *frame,
-                            const struct rf_shape *shape, struct rf_error *error);
+                            const struct rf_shape *shape, int plane,
+                            struct rf_error *error);
 
 void rf_light_map_free(struct rf_light_map *map, const struct rf_context *context);
 
