@@ -5,6 +5,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
+#include "file.h"
 #include "interrupt.h"
 #include "parallel.h"
 #include "rackfocus/rackfocus.h"
@@ -41,6 +42,16 @@ bool set_error(struct image_error *error, const char *format, ...)
     fill(error, format, arguments);
     va_end(arguments);
     return false;
+}
+
+bool app_missing(struct image_error *error, const char *option, const char *path)
+{
+    if (error->code == IMAGE_NO_MEMORY || os_file_facts(path).kind != OS_FILE_NONE)
+        return false;
+    return set_error(error,
+                     "--%s: there is no file %s; correct its name or folder, or leave "
+                     "the option out",
+                     option, path);
 }
 
 int app_warn(const struct app_host *host, struct image_error *error, const char *format,

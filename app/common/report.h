@@ -51,6 +51,13 @@ int app_code_of(const struct image_error *error);
 bool set_error(struct image_error *error, const char *format, ...)
     __attribute__((format(printf, 2, 3)));
 
+/*
+ * The error of reading the file that an option names: says the option where the file is
+ * missing, whose name alone does not tell which of a command's files it is. Returns
+ * false.
+ */
+bool app_missing(struct image_error *error, const char *option, const char *path);
+
 /* APP_DONE; or, where the host wants none, APP_FAILED with the warning as the error. */
 int app_warn(const struct app_host *host, struct image_error *error, const char *format,
              ...) __attribute__((format(printf, 3, 4)));

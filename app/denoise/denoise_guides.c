@@ -78,7 +78,7 @@ static bool read_file(const struct source *source, const char *path, const char 
     int channels[3];
     if (!source_open(&file, &(struct source_request){.paths = paths, .n_paths = 1},
                      error))
-        return false;
+        return app_missing(error, option + 2, path); /* without its dashes */
     bool is_read = find_guide(&file, names, channels) || find_only(&file, channels);
     if (!is_read)
         set_error(error, "%s: %s has neither R G B nor X Y Z", option, path);

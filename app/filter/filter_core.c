@@ -122,8 +122,13 @@ static int create_filter(struct run *run)
     struct rf_image light = {0};
     struct picture picture = {0};
     if (path) {
-        if (!picture_read(path, NULL, run->n_threads, &picture, run->error))
+        if (!picture_read(path, NULL, run->n_threads, &picture, run->error)) {
+            app_missing(run->error,
+                        run->tool->aperture_image ? "aperture-image"
+                                                  : "distribution-image",
+                        path);
             return app_code_of(run->error);
+        }
         light = rf_image_packed(picture.samples, picture.width, picture.height, 3);
     }
     const rf_result result = rf_filter_create_with(

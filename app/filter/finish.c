@@ -238,6 +238,8 @@ static int read_half(struct finish *f, const char *path)
     struct source source = {0};
     struct render half = {.source = &source};
     int code = read_render(f, path, &half);
+    if (code == APP_FAILED)
+        app_missing(f->error, "half", path);
     if (code == APP_DONE &&
         (source.width != f->own.width || source.height != f->own.height ||
          source.n_channels != f->own.n_channels))

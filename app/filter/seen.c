@@ -87,9 +87,10 @@ static const char *find_denoising(const struct source *source)
     return i >= 0 ? all[i].name : NULL;
 }
 
-/* Reads a depth channel of the size of the colour; NULL on failure. */
+/* Reads a depth channel of the size of the colour, of the file that an option names or of
+ * the views' own; NULL on failure. */
 static float *read_channel(const struct subject *subject, const char *file,
-                           const char *channel)
+                           const char *channel, const char *option)
 {
     const struct run *run = subject->run;
     struct source_request request = run->request;
@@ -103,6 +104,7 @@ static float *read_channel(const struct subject *subject, const char *file,
     request.n_paths = 1;
     request.depth_file = file;
     request.depth_channel = channel;
+    request.depth_option = option;
     if (!source_open(&source, &request, run->error))
         return NULL;
     float *depth = source_check(&source, run->error)
@@ -204,8 +206,8 @@ static int read_depth(const struct subject *subject, enum seen_kind kind, float 
             "--%s denoising: %s has no channel %s.Z; in Blender tick Passes > "
             "Data > Denoising Data",
             option, image_path(subject->source->colour), denoising_layer);
-    float *depth = is_file(name) ? read_channel(subject, name, NULL)
-                                 : read_channel(subject, NULL, channel);
+    float *depth = is_file(name) ? read_channel(subject, name, NULL, option)
+                                 : read_channel(subject, NULL, channel, option);
     if (!depth)
         return app_code_of(run->error);
     int code = make_planar(run, option, is_way ? RF_DEPTH_RADIAL : -1, depth, planar);

@@ -194,7 +194,8 @@ bool frame_table_read(struct frame_table *table, const char *path,
 {
     *table = (struct frame_table){.easing_key = -1};
     char *text = text_file_read(path, error);
-    const bool is_good = text && read_table(table, text, path, error);
+    const bool is_good = text ? read_table(table, text, path, error)
+                              : app_missing(error, "frame-parameters", path);
     free(text);
     if (!is_good)
         frame_table_free(table);

@@ -95,7 +95,7 @@ static bool read_holdout(const char *path, const struct source *source, int n_th
 {
     struct image_input *input;
     if (!image_open(&input, path, error))
-        return false;
+        return app_missing(error, "holdout", path);
     struct image_layer *layer = &samples->layer;
     bool is_good = image_find_layer(input, NULL, NULL, true, layer, error);
     int n;

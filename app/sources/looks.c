@@ -161,7 +161,8 @@ bool look_read(const char *name, struct settings *settings, struct image_error *
 {
     char path[4096], own[256];
     if (is_path(name))
-        return params_file_read(name, settings, error);
+        return params_file_read(name, settings, error) ||
+               app_missing(error, "look", name);
     if (look_path(name, path, sizeof(path)) && os_file_facts(path).kind != OS_FILE_NONE)
         return params_file_read(path, settings, error);
     const struct look_given *given = find_given(name);

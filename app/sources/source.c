@@ -221,7 +221,10 @@ static bool find_depth(struct source *source, const struct source_request *reque
                        struct image_error *error)
 {
     if (request->depth_file)
-        return open_depth(source, request, request->depth_file, error);
+        return open_depth(source, request, request->depth_file, error) ||
+               app_missing(error,
+                           request->depth_option ? request->depth_option : "depth-file",
+                           request->depth_file);
     if (request->n_paths > 1)
         return open_second(source, request, error);
     if (source->layer.z >= 0) {

@@ -16,6 +16,7 @@ struct source_request {
     const char *layer;         /* --layer or NULL */
     const char *depth_file;    /* --depth-file or NULL */
     const char *depth_channel; /* --depth-channel or NULL */
+    const char *depth_option;  /* that names depth_file; NULL: depth-file */
     const char *view;          /* of a multi-view file; NULL: its first, or --layer's */
 };
 

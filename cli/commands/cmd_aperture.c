@@ -178,6 +178,7 @@ static int make_sheet(const struct aperture_options *tool,
     } else if (tool->aperture_image &&
                !picture_read(tool->aperture_image, NULL, thread_count(tool->n_threads),
                              &sheet.aperture, &image_error)) {
+        app_missing(&image_error, "aperture-image", tool->aperture_image);
         message("%s", image_error.message);
     } else if (draw(&sheet, tool, &error) != RF_OK) {
         tell_error(tool, &error);

@@ -425,8 +425,10 @@ static int run(struct options *all, struct settings *settings,
         host.results = stderr;
         tool->shown_output = "standard output";
     }
-    if (tool->params && !params_file_read(tool->params, settings, error))
+    if (tool->params && !params_file_read(tool->params, settings, error)) {
+        app_missing(error, "params", tool->params);
         return app_code_of(error);
+    }
     if (tool->look && !look_read(tool->look, settings, error))
         return APP_USAGE;
     int code = warn_of_kind(tool, all->pipes.has_output, operands, error);

@@ -262,8 +262,10 @@ int view_parse(int argc, char **argv, struct view_call *call)
         return code;
     code = check_usage(&call->options, &call->operands) ? OPTIONS_GO_ON : EXIT_USAGE;
     if (code == OPTIONS_GO_ON && call->options.params &&
-        !params_file_read(call->options.params, &call->settings, &error))
+        !params_file_read(call->options.params, &call->settings, &error)) {
+        app_missing(&error, "params", call->options.params);
         code = exit_code(app_code_of(&error), &error);
+    }
     if (code == OPTIONS_GO_ON && !check_distribution(call))
         code = EXIT_USAGE;
     if (code != OPTIONS_GO_ON)

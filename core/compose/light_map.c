@@ -182,7 +182,7 @@ static void darken_row(const struct darkening *d, int row)
     enum { N = 64 };
     const struct rf_image *out = d->out;
     for (int from = 0; from < out->width; from += N) {
-        float share[N];
+        float share[N] = {0};
         int n = rf_min_int(N, out->width - from);
         rf_light_map_row(d->map, d->x + from, d->y + row, n, share);
         for (int i = 0; i < n; i++)
@@ -199,14 +199,14 @@ static void darken_rows(void *data, int64_t begin, int64_t end, int thread)
 }
 
 /* Darkens some channels by the light of a plane of the picture of the aperture. */
-static rf_result darken(const struct rf_frame *frame, struct darkening *d, int plane,
+static rf_result darken(const struct rf_frame *frame, struct darkening d, int plane,
                         struct rf_error *error)
 {
     struct rf_light_map map;
     rf_result result = rf_light_map_make(&map, frame, &frame->shape, plane, error);
-    d->map = &map;
+    d.map = &map;
     if (result == RF_OK)
-        rf_parallel(frame->context, d->out->height, RF_EQUAL_PARTS, darken_rows, d);
+        rf_parallel(frame->context, d.out->height, RF_EQUAL_PARTS, darken_rows, &d);
     rf_light_map_free(&map, frame->context);
     return result;
 }
@@ -222,11 +222,11 @@ rf_result rf_take_vignette(const struct rf_frame *frame, int x, int y,
     struct darkening d = {NULL, x, y, out, 0, rf_min_int(out->channels, RF_N_COLOURS)};
     bool has_colours = bokeh && bokeh->n_planes > 1 && frame->colour == 0;
     if (!has_colours || d.to < RF_N_COLOURS)
-        return darken(frame, &d, rf_frame_bokeh_plane(frame), error);
+        return darken(frame, d, rf_frame_bokeh_plane(frame), error);
     for (int c = 0; c < RF_N_COLOURS && result == RF_OK; c++) {
         d.from = c;
         d.to = c + 1;
-        result = darken(frame, &d, c, error);
+        result = darken(frame, d, c, error);
     }
     return result;
 }

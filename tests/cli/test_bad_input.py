@@ -37,6 +37,25 @@ def test_missing_file(fails):
     fails("nowhere.exr", code=1, texts=["nowhere.exr: ", "No such file"])
 
 
+@pytest.mark.parametrize(
+    "arguments, option",
+    [
+        (["--aperture-image", "no.png"], "aperture-image"),
+        (
+            ["--method", "scatter", "--distribution-image", "no.png"],
+            "distribution-image",
+        ),
+        (["--depth-file", "no.png"], "depth-file"),
+        (["--params", "no.params"], "params"),
+        (["--look", "./no.params"], "look"),
+    ],
+)
+def test_missing_file_of_an_option(fails, scene, arguments, option):
+    """The option is named, of several files it may be any, with the way out."""
+    texts = [f"--{option}: there is no file {arguments[-1]}", "leave the option out"]
+    fails(scene(), *arguments, code=2 if option == "look" else 1, texts=texts)
+
+
 def test_no_picture_at_all(fails, tmp_path):
     path = tmp_path / "text.exr"
     path.write_text("hello")

@@ -130,7 +130,7 @@ def test_a_look_may_be_a_file(rackfocus, scene, tmp_path, monkeypatch):
     bad = rackfocus(*words, by_look, "--look", file, code=2).stderr
     assert "a.params:1: a picture is no parameter; type it beside the file" in bad
     missing = rackfocus(*words, by_look, "--look", tmp_path / "b.params", code=2)
-    assert "b.params: cannot be read: No such file" in missing.stderr
+    assert "--look: there is no file" in missing.stderr
     bad = rackfocus(*words, by_look, "--look", "b", code=2).stderr
     assert "your own: rackfocus looks --save b --cat-eye 0.5 keeps one" in bad
     rackfocus("looks", "--save", "mine", "--cat-eye", "1")
