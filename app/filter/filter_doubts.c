@@ -321,20 +321,13 @@ static int warn_views(const struct run *run)
         !views_fit_is_wrong(run->views.views, run->views.n, &run->params,
                             rf_filter_lens(run->filter), &fit))
         return APP_DONE;
-    if (fit.wrong_view >= 0)
-        return app_warn(
-            run->tool->host, run->error,
-            "%s: lies elsewhere than its header says: %.0f %% of the edges of near "
-            "things are where they should be, in the other views %.0f %%; look at "
-            "its " VIEWS_OFFSET " and at its frame, or leave it out",
-            image_path(run->views.sources[fit.wrong_view].colour), 100 * fit.as_is,
-            100 * fit.otherwise);
-    return app_warn(run->tool->host, run->error,
-                    "%s: the views lie elsewhere than their headers say: %.0f %% of "
-                    "the edges of near things are where they should be; it would be "
-                    "%.0f %% if %s",
-                    image_path(run->source.colour), 100 * fit.as_is,
-                    100 * fit.otherwise, fit.way_out);
+    char text[500];
+    const int wrong = fit.wrong_view;
+    views_fit_describe(&fit, text, sizeof(text));
+    return app_warn(
+        run->tool->host, run->error, "%s: %s",
+        image_path(wrong >= 0 ? run->views.sources[wrong].colour : run->source.colour),
+        text);
 }
 
 int filter_warn_doubts(struct run *run)

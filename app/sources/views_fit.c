@@ -280,3 +280,18 @@ bool views_fit_is_wrong(const struct rf_view *views, int n,
     free(all);
     return is_wrong;
 }
+
+void views_fit_describe(const struct views_fit *found, char *text, size_t n_bytes)
+{
+    if (found->wrong_view >= 0)
+        snprintf(text, n_bytes,
+                 "lies elsewhere than its header says: %.0f %% of the edges of near "
+                 "things are where they should be, in the other views %.0f %%; look at "
+                 "its " VIEWS_OFFSET " and at its frame, or leave it out",
+                 100 * found->as_is, 100 * found->otherwise);
+    else
+        snprintf(text, n_bytes,
+                 "the views lie elsewhere than their headers say: %.0f %% of the edges "
+                 "of near things are where they should be; it would be %.0f %% if %s",
+                 100 * found->as_is, 100 * found->otherwise, found->way_out);
+}

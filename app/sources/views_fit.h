@@ -25,4 +25,8 @@ bool views_fit_is_wrong(const struct rf_view *views, int n,
                         const struct rf_params *params, const struct rf_lens *lens,
                         struct views_fit *found);
 
+/* What is wrong as words after the name of the file, that of `wrong_view` or of the
+ * first, with the way out. */
+void views_fit_describe(const struct views_fit *found, char *text, size_t n_bytes);
+
 #endif

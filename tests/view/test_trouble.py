@@ -9,6 +9,7 @@ import subprocess
 
 import numpy
 import pytest
+import test_views_place
 from conftest import DISC, HEIGHT, NEAR, WAIT_S, WIDTH, Display, plainexr, read_exr
 
 
@@ -163,6 +164,23 @@ def test_straight_alpha_is_told(view, tmp_path):
     said = window.wait_text("said")
     assert "not multiplied by alpha" in said and "a.exr --ch R,G,B,A --premult" in said
     window.quit()
+
+
+def test_views_that_lie_elsewhere_are_told(view, tmp_path):
+    """As `rackfocus filter` tells it; of views that lie right nothing."""
+    for sign in (-1, 1):
+        paths = [
+            test_views_place.make(tmp_path / f"v{sign}{i}.exr", (x, y), (x, sign * y))
+            for i, (x, y) in enumerate(test_views_place.PLACES)
+        ]
+        window = view(*paths)
+        if sign < 0:
+            said = window.wait_text("said")
+            assert "y of rackfocus:lensOffset had the other sign" in said
+        else:
+            window.wait_open()
+        assert ("elsewhere" in window.printed()) == (sign < 0)
+        window.quit()
 
 
 def test_depth_that_was_multiplied_by_alpha(view, tmp_path, rackfocus):

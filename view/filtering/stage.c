@@ -19,6 +19,7 @@
 #include "sources/depth_repair.h"
 #include "sources/picture.h"
 #include "sources/picture_doubts.h"
+#include "sources/views_fit.h"
 #include "sources/white.h"
 
 /* ---- scenes of POV-Ray ----------------------------------------------------------- */
@@ -300,6 +301,28 @@ static struct input *read_deep(const struct stage *stage, const struct settings 
     return input_read_deep(&stage->source, &params, n_threads, error);
 }
 
+/* That views lie elsewhere than their headers say, as `rackfocus filter` warns. */
+static void remark_places(struct stage *stage, const struct settings *typed,
+                          const struct view_list *list)
+{
+    const struct input *input = stage->input;
+    struct settings settings;
+    struct rf_params params;
+    struct rf_lens lens;
+    struct views_fit fit;
+    char why[500], text[700];
+    if (!stage->has_views || stage->scene ||
+        !stage_resolve(stage, typed, &settings, &params, why, sizeof(why)) ||
+        rf_lens_init(&lens, &params, input->width, input->height, NULL) != RF_OK ||
+        !views_fit_is_wrong(input->views, input->n_views, &params, &lens, &fit))
+        return;
+    views_fit_describe(&fit, why, sizeof(why));
+    snprintf(text, sizeof(text), "%s%s%s",
+             fit.wrong_view >= 0 ? list->items[fit.wrong_view].path : "",
+             fit.wrong_view >= 0 ? ": " : "", why);
+    add_remark(stage, text);
+}
+
 static bool read_files(struct stage *stage, const struct settings *typed,
                        char *const *paths, int n_paths, struct image_error *error)
 {
@@ -336,6 +359,8 @@ static bool read_files(struct stage *stage, const struct settings *typed,
     is_good =
         is_good && stage->input &&
         (is_deep || mend_depth(stage, typed, &stage->source, stage->input, error));
+    if (is_good)
+        remark_places(stage, typed, &list);
     if (is_good && !is_deep)
         find_white(stage, &stage->source, stage->input);
     views_list_free(&list);
