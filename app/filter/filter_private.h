@@ -116,6 +116,9 @@ int filter_warn_unread(const struct run *run);
 /* Attributes rackfocus:* of the header that nothing reads: misspelt ones. */
 int filter_warn_attributes(const struct run *run);
 
+/* A gain or saturation of highlights, of which the picture has none. */
+int filter_warn_highlights(const struct run *run);
+
 /* Several layers that may be the picture. */
 int filter_warn_choice(const struct run *run);
 

@@ -46,10 +46,37 @@ static bool places_views(const char *key)
            strcmp(key, "lens-seed") == 0;
 }
 
+/* Why a split diopter changes nothing in this picture; NULL: it does. */
+static const char *why_not_split(const struct run *run)
+{
+    static const double SAME = 1e-6; /* of a distance: no radius changes by 0.01 px */
+    const struct rf_params *p = &run->params;
+    const double w = run->source.width, h = run->source.height / p->pixel_aspect;
+    const double angle = p->split_angle * acos(-1) / 180;
+    const double corner = (fabs(cos(angle)) * w + fabs(sin(angle)) * h) / hypot(w, h);
+    if (!(p->split_diopter > 0))
+        return NULL;
+    if (fabs(p->split_diopter - p->focus_distance) <= SAME * p->focus_distance)
+        return "split-diopter is the focus-distance, which the other side of the line "
+               "has; give it another distance";
+    return p->split_offset - p->split_softness / 2 >= corner
+               ? "the line lies beyond the picture, where split-offset is too large "
+                 "for it; bring it nearer to 0"
+               : NULL;
+}
+
+static bool is_of_split(const char *key)
+{
+    return strncmp(key, "split-", 6) == 0 && strcmp(key, "split-edges") != 0;
+}
+
 /* Why nothing of this run reads a parameter; NULL: it does. */
 static const char *why_unread(const struct run *run, const struct rf_param_info *info)
 {
     const char *why_not;
+    if (is_of_split(info->key) && rf_param_is_read(&run->params, info->key, NULL) &&
+        (why_not = why_not_split(run)))
+        return why_not;
     if (!rf_param_is_read(&run->settings->params, info->key, &why_not))
         return settings_acts(run->settings, info->key) ? NULL : why_not;
     if (is_mean(run) && ((info->group == RF_GROUP_LENS && !has_lens_beside(run)) ||
@@ -86,6 +113,47 @@ int filter_warn_unread(const struct run *run)
             return code;
     }
     return APP_DONE;
+}
+
+static bool is_default(const struct rf_params *params, const char *key)
+{
+    struct rf_params defaults;
+    char value[64], usual[64];
+    rf_params_init(&defaults);
+    rf_params_get(params, key, value, sizeof(value));
+    rf_params_get(&defaults, key, usual, sizeof(usual));
+    return strcmp(value, usual) == 0;
+}
+
+int filter_warn_highlights(const struct run *run)
+{
+    static const char *const keys[] = {"highlight-gain", "highlight-saturation"};
+    const struct source *source = &run->source;
+    const size_t n = (size_t)source->width * (size_t)source->height;
+    const size_t n_colours = source->n_channels < 3 ? 1 : 3;
+    float most = 0;
+    char why[160];
+    bool is_asked = false;
+    for (int i = 0; i < 2; i++)
+        is_asked |= settings_origin(run->settings, keys[i]) == ORIGIN_COMMAND_LINE &&
+                    !is_default(&run->params, keys[i]);
+    /* Of a sequence some frames may have none. */
+    if (!is_asked || run->windows || run->is_deep || run->has_views || !run->colour ||
+        run->tool->kept)
+        return APP_DONE;
+    for (size_t i = 0; i < n; i++)
+        for (size_t c = 0; c < n_colours; c++)
+            most = fmaxf(most, run->colour[i * (size_t)source->n_channels + c]);
+    if (run->params.highlight_clamp > 0)
+        most = fminf(most, (float)run->params.highlight_clamp);
+    if ((double)most > run->params.highlight_threshold)
+        return APP_DONE;
+    snprintf(why, sizeof(why),
+             "the brightest pixel is %.3g and none is above --highlight-threshold %g; "
+             "give a smaller one",
+             (double)most, run->params.highlight_threshold);
+    return warn_no_effect(run, is_default(&run->params, keys[0]) ? keys[1] : keys[0],
+                          why);
 }
 
 int filter_warn_choice(const struct run *run)
@@ -535,16 +603,6 @@ int filter_warn_cut(const struct run *run)
 
 /* ---- other layers -----------------------------------------------------------------
  */
-
-static bool is_default(const struct rf_params *params, const char *key)
-{
-    struct rf_params defaults;
-    char value[64], usual[64];
-    rf_params_init(&defaults);
-    rf_params_get(params, key, value, sizeof(value));
-    rf_params_get(&defaults, key, usual, sizeof(usual));
-    return strcmp(value, usual) == 0;
-}
 
 int filter_warn_layers(const struct run *run)
 {

@@ -500,7 +500,9 @@ static int warn_facts(struct run *run)
 {
     if (!run->windows)
         filter_measure_radii(run);
-    int code = filter_warn_defaults(run);
+    int code = filter_warn_highlights(run);
+    if (code == APP_DONE)
+        code = filter_warn_defaults(run);
     if (code == APP_DONE)
         code = filter_warn_target(run);
     if (code == APP_DONE)

@@ -289,3 +289,37 @@ def test_accumulate_takes_of_a_look_what_a_mean_can_have(
     done = rackfocus("accumulate", view, "-o", out, "--look", "vintage", code=2)
     assert "swirl" in done.stderr and "rackfocus filter" in done.stderr
     assert not out.exists()
+
+
+@pytest.mark.parametrize(
+    "options, key, why",
+    [
+        (
+            "--focus-distance 10 --split-diopter 10",
+            "split-diopter",
+            "is the focus-dist",
+        ),
+        ("--split-diopter 3 --split-offset 1.2", "split-offset", "beyond the picture"),
+        ("--split-diopter 3 --split-offset 0.5", None, ""),
+        ("--highlight-gain 3 --highlight-threshold 1e4", "highlight-gain", "brightest"),
+        (
+            "--highlight-saturation 0 --highlight-threshold 1e4",
+            "highlight-satur",
+            "none",
+        ),
+        ("--highlight-gain 3 --highlight-threshold 0.01", None, ""),
+    ],
+)
+def test_looks_that_change_nothing_here_are_told(
+    rackfocus, scene, tmp_path, options, key, why
+):
+    """Values that are read, and of which this picture has nothing."""
+    out, plain = tmp_path / "o.exr", tmp_path / "p.exr"
+    lens = "--lens-radius 0.3 --focal-length-px 400 --focus-distance 10".split()
+    said = rackfocus("filter", scene(), "-o", out, *lens, *options.split()).stderr
+    rackfocus("filter", scene(), "-o", plain, *lens)
+    is_same = numpy.array_equal(
+        plainexr.read(out)[0]["G"], plainexr.read(plain)[0]["G"]
+    )
+    assert is_same == (key is not None)
+    assert (f"--{key}" in said and why in said) if key else "no effect" not in said
