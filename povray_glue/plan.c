@@ -19,7 +19,9 @@ struct found {
     char *scene;
     double first, last, from, to, step; /* NAN: not said */
     enum { ANTIALIASING_UNSAID, ANTIALIASING_ON, ANTIALIASING_OFF } antialiasing;
-    char *part; /* an option that asks for a part of the picture */
+    char *part;             /* an option that asks for a part of the picture */
+    char *missing, *naming; /* an initialisation file that is not there, and the one
+                             * that names it, NULL for the options */
 };
 
 static bool is_scene_name(const char *option)
@@ -63,6 +65,23 @@ static void note_antialiasing(struct found *found, const char *option)
         found->antialiasing = ANTIALIASING_ON;
 }
 
+/* Notes the first initialisation file that is named and not there: POV-Ray, which looks
+ * in the current folder alone, refuses all its options then. */
+static void note_missing(struct found *found, const char *option, const char *file)
+{
+    const char *value = ini_value(option, "Include_Ini", "");
+    char *name = ini_unquoted(value ? value : option);
+    char *path = name ? ini_file(name) : NULL;
+    const bool is_word = option[0] != '+' && option[0] != '-' && !strchr(option, '=');
+    if ((value || is_word) && path && ini_is_name(path) && !path_is_file(path) &&
+        !found->missing) {
+        found->missing = text_format("%s", path);
+        found->naming = file ? text_format("%s", file) : NULL;
+    }
+    free(path);
+    free(name);
+}
+
 static void note_option(void *user, const char *option, const char *file)
 {
     struct found *found = user;
@@ -84,6 +103,7 @@ static void note_option(void *user, const char *option, const char *file)
     /* A file has what its author, or an exporter, wanted of POV-Ray itself. */
     if (!file)
         note_antialiasing(found, option);
+    note_missing(found, option, file);
     if (is_partial(option)) {
         free(found->part);
         found->part = text_format("%s", option);
@@ -141,7 +161,13 @@ static bool copy_args(struct povray_plan *plan, const char *ini, char *const *ar
 static bool fail_found(const struct found *found, const char *operand,
                        struct povray_error *error)
 {
-    if (found->part)
+    if (found->missing)
+        snprintf(error->message, sizeof error->message,
+                 "%s: names the initialisation file %s, which is not there; POV-Ray "
+                 "looks for it in the current folder: write its path from here, or "
+                 "start in the folder that has it",
+                 found->naming ? found->naming : operand, found->missing);
+    else if (found->part)
         snprintf(error->message, sizeof error->message,
                  "%s: a part of the picture cannot be made, because its lens needs "
                  "what is around; render all of it and crop the result",
@@ -182,7 +208,7 @@ static bool use_found(struct povray_plan *plan, const struct found *found,
 {
     if (glue_is_lost())
         return false;
-    if ((ini && !found->scene) || found->part)
+    if ((ini && !found->scene) || found->part || found->missing)
         return fail_found(found, operand, error);
     plan->scene = find_scene(ini ? found->scene : operand, ini);
     plan->has_antialiasing = found->antialiasing == ANTIALIASING_ON;
@@ -260,6 +286,8 @@ bool povray_plan_make(struct povray_plan *plan, const char *operand, char *const
     }
     free(ini);
     free(found.part);
+    free(found.missing);
+    free(found.naming);
     free(found.scene);
     return glue_settle(is_good, error);
 }

@@ -114,6 +114,16 @@ def test_an_initialisation_file_that_povray_cannot_read(
     assert f"a.ini: {words}" in done.stderr and "save it as plain text" in done.stderr
 
 
+@pytest.mark.parametrize("line", ["Include_Ini=part.ini", "sub/part.ini"])
+def test_an_initialisation_file_that_is_missing(rackfocus, tmp_path, line):
+    """POV-Ray looks in the current folder, not beside the file that names it."""
+    (tmp_path / "s.pov").write_text(SCENE)
+    (tmp_path / "a.ini").write_text(f"Input_File_Name=s.pov\n{line}\n")
+    done = rackfocus("povray", "a.ini", "-o", "o.exr", cwd=tmp_path, code=1)
+    name = line.split("=")[-1]
+    assert f"a.ini: names the initialisation file {name}, which is not" in done.stderr
+
+
 def test_an_initialisation_file_without_a_scene(rackfocus, tmp_path):
     (tmp_path / "a.ini").write_text("Width=80\n")
     text = rackfocus("povray", "a.ini", "-o", "o.exr", cwd=tmp_path, code=1).stderr
