@@ -46,6 +46,16 @@ static bool places_views(const char *key)
            strcmp(key, "lens-seed") == 0;
 }
 
+/* Is the picture less than its display window? Of a crop the other side of a line may lie
+ * in the rest. */
+static bool is_crop(const struct run *run)
+{
+    const struct image_box *data = &run->source.info.data_window,
+                           *display = &run->source.info.display_window;
+    return data->min_x > display->min_x || data->min_y > display->min_y ||
+           data->max_x < display->max_x || data->max_y < display->max_y;
+}
+
 /* Why a split diopter changes nothing in this picture; NULL: it does. */
 static const char *why_not_split(const struct run *run)
 {
@@ -59,7 +69,7 @@ static const char *why_not_split(const struct run *run)
     if (fabs(p->split_diopter - p->focus_distance) <= SAME * p->focus_distance)
         return "split-diopter is the focus-distance, which the other side of the line "
                "has; give it another distance";
-    return p->split_offset - p->split_softness / 2 >= corner
+    return !is_crop(run) && p->split_offset - p->split_softness / 2 >= corner
                ? "the line lies beyond the picture, where split-offset is too large "
                  "for it; bring it nearer to 0"
                : NULL;
