@@ -720,9 +720,9 @@ def _merge(made, found, out, report, lights):
         for colour, (layer, place) in zip(colours, found, strict=True)
     ]
     if is_clean:
-        made.merge_denoised(views, [layer.colour for layer in layers], out, report)
+        made.merge_denoised(views, [x.colour for x in layers], out, report, check=False)
     else:
-        made.process_views(views, out, report, lights)
+        made.process_views(views, out, report, lights, check=False)
 
 
 def lights_of(params):

@@ -59,9 +59,14 @@ int plugin_add_errors(PyObject *module, struct module_state *state)
                   "A parameter was given that the method or another parameter leaves "
                   "without effect.",
                   PyExc_UserWarning, NULL);
-    bool is_complete = state->unread_warning && state->parameter_error &&
-                       state->depth_error && state->pixel_error &&
-                       state->cancelled_error;
+    state->views_warning =
+        add_class(module, "ViewsWarning",
+                  "Several views are hardly of one lens and exposure: they lie "
+                  "elsewhere than is said of them, or one is brighter.",
+                  PyExc_UserWarning, NULL);
+    bool is_complete = state->unread_warning && state->views_warning &&
+                       state->parameter_error && state->depth_error &&
+                       state->pixel_error && state->cancelled_error;
     return is_complete ? 0 : -1;
 }
 

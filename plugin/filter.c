@@ -207,12 +207,14 @@ static PyObject *filter_process(PyObject *object, PyObject *args, PyObject *keyw
 static PyObject *filter_process_views(PyObject *object, PyObject *args,
                                       PyObject *keywords)
 {
-    static char *names[] = {"views", "out", "progress", "seen", NULL};
+    static char *names[] = {"views", "out", "progress", "seen", "check", NULL};
     PyObject *sequence, *target, *function = Py_None, *lights = Py_None;
     PyObject *answer = NULL;
+    int is_checked = 1;
     struct plugin_image out;
-    if (!PyArg_ParseTupleAndKeywords(args, keywords, "OO|OO:process_views", names,
-                                     &sequence, &target, &function, &lights))
+    if (!PyArg_ParseTupleAndKeywords(args, keywords, "OO|OOp:process_views", names,
+                                     &sequence, &target, &function, &lights,
+                                     &is_checked))
         return NULL;
     struct plugin_views *open = plugin_open_views(sequence);
     if (!open)
@@ -220,7 +222,10 @@ static PyObject *filter_process_views(PyObject *object, PyObject *args,
     struct plugin_view_lights *seen = plugin_open_view_lights(lights, open);
     if (seen && plugin_open_image(&out, target, "out", true) == 0) {
         const struct work work = {.views = open->views, .n_views = open->n};
-        answer = process(object, &work, &out.image, function);
+        const struct module_state *state = PyType_GetModuleState(Py_TYPE(object));
+        if (!is_checked ||
+            plugin_warn_views(state, (struct plugin_filter *)object, open) == 0)
+            answer = process(object, &work, &out.image, function);
         plugin_close_image(&out);
     }
     plugin_close_view_lights(seen);
@@ -513,7 +518,8 @@ static PyMethodDef filter_methods[] = {
      "out: gets it where the surface of light is flat and it lies behind that, else "
      "NaN; may be way."},
     {"process_views", KEYWORDS(filter_process_views), METH_VARARGS | METH_KEYWORDS,
-     "process_views($self, /, views, out, progress=None, seen=None)\n--\n\n"
+     "process_views($self, /, views, out, progress=None, seen=None, check=True)\n"
+     "--\n\n"
      "Filters one frame from several pinhole views; for the methods that take them "
      "(views, 1 to 64).\n\n"
      "views: a sequence of tuples (colour, depth, (u, v), shear_distance[, "
@@ -523,7 +529,9 @@ static PyMethodDef filter_methods[] = {
      "right and up, shear_distance that of the plane that stays where it is in all "
      "views, scene units, 0 for parallel cameras.\n"
      "out, progress: as in process().\n"
-     "seen: for each view, in order, what process() takes as seen."},
+     "seen: for each view, in order, what process() takes as seen.\n"
+     "check: whether views that lie elsewhere than lens_offset says, or have another "
+     "exposure, are warned of (ViewsWarning); the picture is the same."},
 #ifdef PLUGIN_HAS_DENOISER
     {"denoise_views", KEYWORDS(plugin_filter_denoise_views),
      METH_VARARGS | METH_KEYWORDS,
@@ -551,13 +559,15 @@ static PyMethodDef filter_methods[] = {
      "Error where there is no Open Image Denoise."},
     {"merge_denoised", KEYWORDS(plugin_filter_merge_denoised),
      METH_VARARGS | METH_KEYWORDS,
-     "merge_denoised($self, /, views, clean, out, progress=None)\n--\n\n"
+     "merge_denoised($self, /, views, clean, out, progress=None, check=True)\n"
+     "--\n\n"
      "process_views() of views that denoise_views() cleaned: merges them with and "
      "without their grain, and takes the latter but where the former differ by more "
      "than grain. Takes three times as long. Needs no Open Image Denoise.\n\n"
      "views: as in process_views(), with their grain.\n"
      "clean: of each view an array of the shape of its colour, without grain.\n"
-     "out, progress: as in process(); out has the shape of a view's colour."},
+     "out, progress: as in process(); out has the shape of a view's colour.\n"
+     "check: as in process_views()."},
 #endif
     {"process_deep", KEYWORDS(filter_process_deep), METH_VARARGS | METH_KEYWORDS,
      "process_deep($self, /, first, samples, out, progress=None)\n--\n\n"

@@ -169,11 +169,13 @@ static PyObject *merge_denoised(struct job *job, const struct module_state *stat
 PyObject *plugin_filter_merge_denoised(PyObject *object, PyObject *args,
                                        PyObject *keywords)
 {
-    static char *names[] = {"views", "clean", "out", "progress", NULL};
+    static char *names[] = {"views", "clean", "out", "progress", "check", NULL};
+    const struct module_state *state = PyType_GetModuleState(Py_TYPE(object));
     const struct plugin_filter *filter = (struct plugin_filter *)object;
     PyObject *sequence, *cleans, *out, *function = Py_None, *answer = NULL;
-    if (!PyArg_ParseTupleAndKeywords(args, keywords, "OOO|O:merge_denoised", names,
-                                     &sequence, &cleans, &out, &function))
+    int is_checked = 1;
+    if (!PyArg_ParseTupleAndKeywords(args, keywords, "OOO|Op:merge_denoised", names,
+                                     &sequence, &cleans, &out, &function, &is_checked))
         return NULL;
     struct job *job = PyMem_Calloc(1, sizeof *job);
     if (!job)
@@ -185,8 +187,9 @@ PyObject *plugin_filter_merge_denoised(PyObject *object, PyObject *args,
         PyMem_Free(job);
         return NULL;
     }
-    if (open_job(job, cleans, out) == 0)
-        answer = merge_denoised(job, PyType_GetModuleState(Py_TYPE(object)),
+    if (open_job(job, cleans, out) == 0 &&
+        (!is_checked || plugin_warn_views(state, filter, job->views) == 0))
+        answer = merge_denoised(job, state,
                                 rf_context_threads(plugin_context_of(filter->context)),
                                 function);
     close_job(job);

@@ -131,6 +131,7 @@ static int traverse(PyObject *module, visitproc visit, void *arg)
     Py_VISIT(state->pixel_error);
     Py_VISIT(state->cancelled_error);
     Py_VISIT(state->unread_warning);
+    Py_VISIT(state->views_warning);
     Py_VISIT(state->lens_type);
     Py_VISIT(state->context_type);
     return 0;
@@ -145,6 +146,7 @@ static int clear(PyObject *module)
     Py_CLEAR(state->pixel_error);
     Py_CLEAR(state->cancelled_error);
     Py_CLEAR(state->unread_warning);
+    Py_CLEAR(state->views_warning);
     Py_CLEAR(state->lens_type);
     Py_CLEAR(state->context_type);
     return 0;

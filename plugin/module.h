@@ -13,7 +13,7 @@
 struct module_state {
     PyObject *error; /* base class; has the attributes field and message */
     PyObject *parameter_error, *depth_error, *pixel_error, *cancelled_error;
-    PyObject *unread_warning;
+    PyObject *unread_warning, *views_warning;
     PyTypeObject *lens_type, *context_type;
 };
 
@@ -144,6 +144,14 @@ struct plugin_views {
  * exception set. */
 struct plugin_views *plugin_open_views(PyObject *sequence);
 void plugin_close_views(struct plugin_views *open);
+
+/* ---- views_doubts.c ------------------------------------------------------------ */
+
+/* Warns of views of other places than they say, or of another exposure. 0, or -1 with an
+ * exception set. */
+int plugin_warn_views(const struct module_state *state,
+                      const struct plugin_filter *filter,
+                      const struct plugin_views *open);
 
 /*
  * Work without the lock that calls a function of Python with a fraction, if there is

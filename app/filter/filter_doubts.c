@@ -7,7 +7,6 @@
 
 #include "common/report.h"
 #include "sources/picture_doubts.h"
-#include "sources/views_fit.h"
 
 /* Slanted places that are enough: fewer are one thing, which may be curved or cut by
  * chance. The references but foliage's leaves have 8000 to 28000. */
@@ -311,25 +310,6 @@ static int warn_place(const struct run *run)
     return app_warn(run->tool->host, run->error, "%s: %s", path, text);
 }
 
-/* ---- views ------------------------------------------------------------------------ */
-
-/* Views whose headers say other places than those they were taken from. */
-static int warn_views(const struct run *run)
-{
-    struct views_fit fit;
-    if (run->tool->scene || run->windows || !run->has_views ||
-        !views_fit_is_wrong(run->views.views, run->views.n, &run->params,
-                            rf_filter_lens(run->filter), &fit))
-        return APP_DONE;
-    char text[500];
-    const int wrong = fit.wrong_view;
-    views_fit_describe(&fit, text, sizeof(text));
-    return app_warn(
-        run->tool->host, run->error, "%s: %s",
-        image_path(wrong >= 0 ? run->views.sources[wrong].colour : run->source.colour),
-        text);
-}
-
 int filter_warn_doubts(struct run *run)
 {
     int code = APP_DONE;
@@ -339,8 +319,8 @@ int filter_warn_doubts(struct run *run)
     }
     if (code == APP_DONE && run->doubts)
         code = warn_place(run);
-    if (code == APP_DONE && run->doubts)
-        code = warn_views(run);
+    if (code == APP_DONE)
+        code = filter_warn_views(run);
     if (code == APP_DONE && run->doubts)
         code = warn_straight(run);
     if (code == APP_DONE && run->doubts)

@@ -176,6 +176,11 @@ void filter_count_doubts(struct run *run, const struct doubts_rows *rows,
 /* Warns of them; of pictures in windows, whose rows were counted by then. */
 int filter_warn_doubts(struct run *run);
 
+/* ---- filter_views_doubts.c: views of other places, or of another exposure --------- */
+
+/* Of pictures in windows, reads rows of all views for it. */
+int filter_warn_views(const struct run *run);
+
 /* ---- filter_denoise.c ------------------------------------------------------------ */
 
 /* The lens's picture without grain, in run->colour; `make_picture` makes one of the

@@ -8,6 +8,9 @@
 
 #include "common/report.h"
 
+const struct views_words views_in_headers = {"its header", "headers", VIEWS_OFFSET,
+                                             VIEWS_SHEAR};
+
 bool views_find_place(const struct image_input *input, const char *view,
                       double lens_offset[2], double *shear_distance)
 {

@@ -8,6 +8,7 @@
 
 #include "rackfocus/rackfocus.h"
 #include "sources/source.h"
+#include "sources/views_fit.h"
 
 #define VIEWS_OFFSET "rackfocus:lensOffset" /* v2f, scene units right and up */
 #define VIEWS_ONE_IS_MEAN                                                              \
@@ -16,6 +17,9 @@
     "of the lens, or blur this one by its depth with rackfocus filter --method "       \
     "layered"
 #define VIEWS_SHEAR "rackfocus:shearDistance" /* float, scene units; 0: parallel */
+
+/* That the headers of files say where views were taken. */
+extern const struct views_words views_in_headers;
 
 /* Where a view was taken; `view` names one of a multi-view file, or is NULL. False
  * where the header does not say it: no view from a point of the lens. */

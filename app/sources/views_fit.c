@@ -5,7 +5,11 @@
  *
  *   x + f (o'_x (1/D' - 1/z) - o_x (1/D - 1/z)),  y likewise, down
  *
- * with o in scene units and f in px. At the right place the depth is z beside the edge
+ * with o in scene units and f in px; in an orthographic one, of p px per scene unit, at
+ *
+ *   x + p (o'_x (z/D' - 1) - o_x (z/D - 1)).
+ *
+ * At the right place the depth is z beside the edge
  * and that of what is behind on its other side. So are 61 to 98 % of the edges of 18
  * sets of views of ten scenes with the right headers (fur 24), and never more with another
  * sign, unit or shear: of posts and portrait at most 33 % in the farthest view, and up to
@@ -16,9 +20,6 @@
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
-
-#include "common/report.h"
-#include "sources/views.h"
 
 enum {
     REACH = 3, /* px across an edge, and from the border */
@@ -37,41 +38,55 @@ static const double LEAST_RIGHT = 0.4, MOST_WRONG = 0.7, TIMES = 1.4, TIMES_ALON
 struct meaning {
     double x[2], y[2]; /* the place by that of the header */
     enum { AS_SAID, PARALLEL, TO_FOCUS } shear;
-    double scale; /* for the text of another unit; 0: none */
-    const char *text;
+    enum { NO_NAME, OFFSET, SHEAR } name; /* said between the two texts */
+    double scale;                         /* of another unit; 0: none */
+    const char *before, *after;
 };
 
-static const struct meaning as_is = {{1, 0}, {0, 1}, AS_SAID, 0, NULL};
+static const struct meaning as_is = {{1, 0}, {0, 1}, AS_SAID, NO_NAME, 0, "", ""};
 
 static const struct meaning others[] = {
-    {{0, 0}, {0, 0}, AS_SAID, 0, "all were of one place: they are the same render"},
+    {{0, 0},
+     {0, 0},
+     AS_SAID,
+     NO_NAME,
+     0,
+     "all were of one place: they are the same render",
+     ""},
     {{-1, 0},
      {0, 1},
      AS_SAID,
+     OFFSET,
      0,
-     "x of " VIEWS_OFFSET " had the other sign (it counts to the right)"},
+     "x of ",
+     " had the other sign (it counts to the right)"},
     {{1, 0},
      {0, -1},
      AS_SAID,
+     OFFSET,
      0,
-     "y of " VIEWS_OFFSET " had the other sign (it counts up)"},
+     "y of ",
+     " had the other sign (it counts up)"},
     {{-1, 0},
      {0, -1},
      AS_SAID,
+     OFFSET,
      0,
-     "both numbers of " VIEWS_OFFSET " had the other sign (right, up)"},
-    {{0, 1}, {1, 0}, AS_SAID, 0, "x and y of " VIEWS_OFFSET " were swapped"},
-    {{1, 0}, {0, 1}, PARALLEL, 0, "the cameras were parallel (no " VIEWS_SHEAR ")"},
-    {{1, 0}, {0, 1}, TO_FOCUS, 0, "they were sheared to the focus (" VIEWS_SHEAR ")"},
-    {{0.5, 0}, {0, 0.5}, AS_SAID, 0.5, NULL},
-    {{2, 0}, {0, 2}, AS_SAID, 2, NULL},
-    {{0.01, 0}, {0, 0.01}, AS_SAID, 0.01, NULL},
-    {{100, 0}, {0, 100}, AS_SAID, 100, NULL},
-    {{0.001, 0}, {0, 0.001}, AS_SAID, 0.001, NULL},
-    {{1000, 0}, {0, 1000}, AS_SAID, 1000, NULL},
+     "both numbers of ",
+     " had the other sign (right, up)"},
+    {{0, 1}, {1, 0}, AS_SAID, OFFSET, 0, "x and y of ", " were swapped"},
+    {{1, 0}, {0, 1}, PARALLEL, SHEAR, 0, "the cameras were parallel (no ", ")"},
+    {{1, 0}, {0, 1}, TO_FOCUS, SHEAR, 0, "they were sheared to the focus (", ")"},
+    {{0.5, 0}, {0, 0.5}, AS_SAID, OFFSET, 0.5, "", ""},
+    {{2, 0}, {0, 2}, AS_SAID, OFFSET, 2, "", ""},
+    {{0.01, 0}, {0, 0.01}, AS_SAID, OFFSET, 0.01, "", ""},
+    {{100, 0}, {0, 100}, AS_SAID, OFFSET, 100, "", ""},
+    {{0.001, 0}, {0, 0.001}, AS_SAID, OFFSET, 0.001, "", ""},
+    {{1000, 0}, {0, 1000}, AS_SAID, OFFSET, 1000, "", ""},
 };
 
-/* A view as it is looked at: f R / z of its pixels. */
+/* A view as it is looked at: how near its pixels are, f R / z px; orthographic
+ * -p R z / s. */
 struct nearness {
     float *px;
     int32_t width, height;
@@ -79,38 +94,66 @@ struct nearness {
 };
 
 struct scale {
-    double focal_px, lens_px, focus, aspect; /* lens_px: f R */
+    bool is_orthographic;
+    double focal_px, lens_px; /* f and f R; orthographic p and p R / s */
+    double lens_radius, focus, aspect;
 };
 
-static double ray_length(const struct rf_params *params, const struct rf_lens *lens,
-                         int32_t x, int32_t y)
+static double ray_length(const struct views_fit_given *given, int32_t x, int32_t y)
 {
+    const struct rf_params *params = given->params;
+    const struct rf_lens *lens = given->lens;
     const double dx = (x + 0.5 - lens->principal_px[0]) / lens->focal_length_px;
-    const double dy = (y + 0.5 - lens->principal_px[1]) /
+    const double dy = (y + given->first_row + 0.5 - lens->principal_px[1]) /
                       (lens->focal_length_px * params->pixel_aspect);
-    return params->depth == RF_DEPTH_RADIAL ? sqrt(1 + dx * dx + dy * dy) : 1;
+    return params->depth == RF_DEPTH_RADIAL &&
+                   lens->projection == RF_PROJECTION_PERSPECTIVE
+               ? sqrt(1 + dx * dx + dy * dy)
+               : 1;
 }
 
-static bool make_nearness(const struct rf_view *view, const struct rf_params *params,
-                          const struct rf_lens *lens, struct nearness *to)
+/* The distance of a pixel; 0 where nothing was hit. */
+static double distance_of(const struct rf_image *depth, const struct rf_params *params,
+                          int32_t x, int32_t y)
 {
-    const struct rf_image *depth = &view->depth;
+    const float number =
+        *(const float *)((const char *)depth->data + y * depth->row_bytes +
+                         x * depth->pixel_bytes);
+    const double v = (double)number * params->depth_scale + params->depth_offset;
+    return v > 0 && v < params->depth_infinity ? v : 0;
+}
+
+static double farthest_of(const struct rf_image *depth, const struct rf_params *params)
+{
+    double farthest = 0;
+    for (int32_t y = 0; y < depth->height; y++)
+        for (int32_t x = 0; x < depth->width; x++)
+            farthest = fmax(farthest, distance_of(depth, params, x, y));
+    return farthest;
+}
+
+static bool make_nearness(const struct views_fit_given *given, int view,
+                          const struct scale *scale, struct nearness *to)
+{
+    const struct rf_view *from = &given->views[view];
+    const struct rf_image *depth = &from->depth;
     const size_t width = (size_t)depth->width;
     *to = (struct nearness){.width = depth->width,
                             .height = depth->height,
-                            .offset = {view->lens_offset[0], view->lens_offset[1]},
-                            .shear = view->shear_distance};
-    to->px = app_memory(width * (size_t)depth->height, sizeof(float), NULL);
-    const double near_px = lens->lens_radius * lens->focal_length_px;
+                            .offset = {from->lens_offset[0], from->lens_offset[1]},
+                            .shear = from->shear_distance};
+    to->px = calloc(width * (size_t)depth->height, sizeof(float));
+    /* What was not hit is behind everything. */
+    const double sky =
+        scale->is_orthographic ? 2 * farthest_of(depth, given->params) : INFINITY;
     for (int32_t y = 0; to->px && y < depth->height; y++)
         for (int32_t x = 0; x < depth->width; x++) {
-            const float number =
-                ((const float *)depth->data)[(size_t)y * width + (size_t)x];
-            const double v =
-                (double)number * params->depth_scale + params->depth_offset;
-            const bool is_hit = v > 0 && v < params->depth_infinity;
+            double v = distance_of(depth, given->params, x, y);
+            v = v > 0 ? v : sky;
             to->px[(size_t)y * width + (size_t)x] =
-                is_hit ? (float)(near_px * ray_length(params, lens, x, y) / v) : 0;
+                (float)(scale->is_orthographic
+                            ? -scale->lens_px * v
+                            : scale->lens_px * ray_length(given, x, y) / v);
         }
     return to->px;
 }
@@ -120,7 +163,8 @@ static float at(const struct nearness *view, int32_t x, int32_t y)
     return view->px[(size_t)y * (size_t)view->width + (size_t)x];
 }
 
-/* f o (1/D - 1/z), by another meaning of the header. */
+/* f o (1/D - 1/z), or p o (z/D - 1), by another meaning of the header. `nearness` is
+ * 1/z, or -z. */
 static void move(const struct nearness *view, const struct scale *scale,
                  const struct meaning *meaning, double nearness, double by[2])
 {
@@ -128,7 +172,9 @@ static void move(const struct nearness *view, const struct scale *scale,
     const double fixed = meaning->shear == PARALLEL   ? 0
                          : meaning->shear == TO_FOCUS ? 1 / scale->focus
                                                       : said;
-    const double times = scale->focal_px * (fixed - nearness);
+    const double times =
+        scale->focal_px *
+        (scale->is_orthographic ? -nearness * fixed - 1 : fixed - nearness);
     by[0] = times * (meaning->x[0] * view->offset[0] + meaning->x[1] * view->offset[1]);
     by[1] = -times / scale->aspect *
             (meaning->y[0] * view->offset[0] + meaning->y[1] * view->offset[1]);
@@ -198,12 +244,26 @@ static double share_of(const struct nearness *views, int n, const struct scale *
     return n_all > 0 ? (double)n_all_found / (double)n_all : 0;
 }
 
+static void say_meaning(const struct meaning *meaning, const struct views_words *words,
+                        char *text, size_t n_text)
+{
+    const char *const names[] = {[NO_NAME] = "", words->offset, words->shear};
+    const int n = snprintf(text, n_text, "%s%s%s", meaning->before,
+                           names[meaning->name], meaning->after);
+    if (meaning->scale > 0 && n > 0 && (size_t)n < n_text)
+        snprintf(text + n, n_text - (size_t)n,
+                 " were %g times what it is (it is in scene units), or the "
+                 "focal length",
+                 meaning->scale);
+}
+
 /* Looks for a meaning that fits all views clearly better. */
 static bool find_meaning(const struct nearness *views, int n, const struct scale *scale,
-                         struct views_fit *found)
+                         const struct views_words *words, struct views_fit *found)
 {
-    const double radius = scale->lens_px / scale->focal_px;
-    const struct meaning radii = {{radius, 0}, {0, radius}, AS_SAID, radius, NULL};
+    const double radius = scale->lens_radius;
+    const struct meaning radii = {{radius, 0}, {0, radius}, AS_SAID, OFFSET,
+                                  radius,      "",          ""};
     const struct meaning *best = NULL;
     for (size_t i = 0; i <= sizeof(others) / sizeof(others[0]); i++) {
         const bool is_last = i == sizeof(others) / sizeof(others[0]);
@@ -218,12 +278,7 @@ static bool find_meaning(const struct nearness *views, int n, const struct scale
         found->otherwise < TIMES * found->as_is)
         return false;
     found->wrong_view = -1;
-    if (best->text)
-        snprintf(found->way_out, sizeof(found->way_out), "%s", best->text);
-    else
-        snprintf(found->way_out, sizeof(found->way_out),
-                 VIEWS_OFFSET " were %g times what it is (it is in scene units)",
-                 best->scale);
+    say_meaning(best, words, found->way_out, sizeof(found->way_out));
     return true;
 }
 
@@ -240,40 +295,54 @@ static bool find_wrong_view(const double *each, int n, struct views_fit *found)
     return n > 2 && least > LEAST_RIGHT && least > TIMES_ALONE * each[worst];
 }
 
-static bool judge(const struct nearness *views, int n, const struct scale *scale,
-                  double *each, struct views_fit *found)
+static bool judge(const struct nearness *views, const struct views_fit_given *given,
+                  const struct scale *scale, double *each, struct views_fit *found)
 {
+    const int n = given->n;
     *found = (struct views_fit){.as_is = share_of(views, n, scale, &as_is, each)};
     if (each[n - 1] < 0) /* too few edges */
         return false;
     if (find_wrong_view(each, n, found))
         return true;
     *found = (struct views_fit){.as_is = share_of(views, n, scale, &as_is, NULL)};
-    return found->as_is < MOST_WRONG && find_meaning(views, n, scale, found);
+    return found->as_is < MOST_WRONG &&
+           find_meaning(views, n, scale, given->words, found);
 }
 
-bool views_fit_is_wrong(const struct rf_view *views, int n,
-                        const struct rf_params *params, const struct rf_lens *lens,
-                        struct views_fit *found)
+static struct scale find_scale(const struct views_fit_given *given)
 {
-    const struct scale scale = {lens->focal_length_px,
-                                lens->focal_length_px * lens->lens_radius,
-                                lens->focus_distance, params->pixel_aspect};
+    const struct rf_lens *lens = given->lens;
+    const bool is_orthographic = lens->projection == RF_PROJECTION_ORTHOGRAPHIC;
+    const double focal_px = is_orthographic ? lens->px_per_unit : lens->focal_length_px;
+    const double lens_px = focal_px * lens->lens_radius;
+    return (struct scale){is_orthographic,
+                          focal_px,
+                          is_orthographic ? lens_px / lens->focus_distance : lens_px,
+                          lens->lens_radius,
+                          lens->focus_distance,
+                          given->params->pixel_aspect};
+}
+
+bool views_fit_is_wrong(const struct views_fit_given *given, struct views_fit *found)
+{
+    const int n = given->n;
+    const struct rf_params *params = given->params;
+    const struct scale scale = find_scale(given);
     const bool is_distance =
         params->depth == RF_DEPTH_PLANAR || params->depth == RF_DEPTH_RADIAL;
-    if (!is_distance || n < 2 || lens->projection == RF_PROJECTION_ORTHOGRAPHIC ||
-        !(scale.lens_px > 0) || views[0].depth.width <= 2 * REACH ||
-        views[0].depth.height <= 2 * REACH)
+    if (!is_distance || n < 2 || !(scale.lens_px > 0) ||
+        given->views[0].depth.width <= 2 * REACH ||
+        given->views[0].depth.height <= 2 * REACH)
         return false;
-    struct nearness *all = app_memory((size_t)n, sizeof(*all), NULL);
-    double *each = app_memory((size_t)n, sizeof(*each), NULL);
+    struct nearness *all = calloc((size_t)n, sizeof(*all));
+    double *each = calloc((size_t)n, sizeof(*each));
     bool is_made = all && each;
     int n_made = 0;
     for (; is_made && n_made < n; n_made++) {
         each[n_made] = -1;
-        is_made = make_nearness(&views[n_made], params, lens, &all[n_made]);
+        is_made = make_nearness(given, n_made, &scale, &all[n_made]);
     }
-    const bool is_wrong = is_made && judge(all, n, &scale, each, found);
+    const bool is_wrong = is_made && judge(all, given, &scale, each, found);
     for (int i = 0; i < n_made; i++)
         free(all[i].px);
     free(each);
@@ -281,17 +350,20 @@ bool views_fit_is_wrong(const struct rf_view *views, int n,
     return is_wrong;
 }
 
-void views_fit_describe(const struct views_fit *found, char *text, size_t n_bytes)
+void views_fit_explain(const struct views_fit *found, const struct views_words *words,
+                       char *text, size_t n_text)
 {
     if (found->wrong_view >= 0)
-        snprintf(text, n_bytes,
-                 "lies elsewhere than its header says: %.0f %% of the edges of near "
-                 "things are where they should be, in the other views %.0f %%; look at "
-                 "its " VIEWS_OFFSET " and at its frame, or leave it out",
-                 100 * found->as_is, 100 * found->otherwise);
+        snprintf(text, n_text,
+                 "lies elsewhere than %s says: %.0f %% of the edges of near things are "
+                 "where they should be, in the other views %.0f %%; look at its %s and "
+                 "at its frame, or leave it out",
+                 words->header, 100 * found->as_is, 100 * found->otherwise,
+                 words->offset);
     else
-        snprintf(text, n_bytes,
-                 "the views lie elsewhere than their headers say: %.0f %% of the edges "
-                 "of near things are where they should be; it would be %.0f %% if %s",
-                 100 * found->as_is, 100 * found->otherwise, found->way_out);
+        snprintf(text, n_text,
+                 "the views lie elsewhere than their %s say: %.0f %% of the edges of "
+                 "near things are where they should be; it would be %.0f %% if %s",
+                 words->plural, 100 * found->as_is, 100 * found->otherwise,
+                 found->way_out);
 }

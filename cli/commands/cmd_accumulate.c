@@ -20,6 +20,7 @@
 #include "sources/settings.h"
 #include "sources/source.h"
 #include "sources/views.h"
+#include "sources/views_light.h"
 
 struct accumulate_options {
     const char *output, *layer, *frames, *look;
@@ -71,6 +72,7 @@ struct sum {
     struct source first; /* stays open: its attributes go into the output */
     struct rf_context *context;
     struct rf_accumulator *accumulator;
+    struct views_light *light;
     struct alpha_tally alpha;
 };
 
@@ -152,7 +154,7 @@ static bool start_sum(struct sum *sum, struct image_error *error)
     return fail_core(image_path(first->colour), &core_error, error);
 }
 
-static bool add_samples(struct sum *sum, const struct source *view,
+static bool add_samples(struct sum *sum, const struct source *view, int view_index,
                         struct image_error *error)
 {
     struct rf_error core_error;
@@ -163,18 +165,20 @@ static bool add_samples(struct sum *sum, const struct source *view,
     for (size_t y = 0; view->n_channels == 4 && y < (size_t)view->height; y++)
         alpha_tally_add(&sum->alpha, samples + 4 * width * y, width);
     const struct rf_image image = image_of(sum, samples);
+    views_light_add(sum->light, view_index, &image, 0);
     const rf_result result = rf_accumulator_add(sum->accumulator, &image, &core_error);
     free(samples);
     return result == RF_OK || fail_core(image_path(view->colour), &core_error, error);
 }
 
-static bool add_view(struct sum *sum, char *const *path, struct image_error *error)
+static bool add_view(struct sum *sum, const struct operands *views, int i,
+                     struct image_error *error)
 {
     struct source view;
-    if (!open_view(sum->tool, path, &view, error))
+    if (!open_view(sum->tool, &views->items[i], &view, error))
         return false;
     const bool is_added =
-        check_view(sum, &view, error) && add_samples(sum, &view, error);
+        check_view(sum, &view, error) && add_samples(sum, &view, i, error);
     source_close(&view);
     return is_added;
 }
@@ -215,9 +219,10 @@ static bool write_mean(const struct sum *sum, int n_views, struct image_error *e
 }
 
 /* Views whose mean is not that of their light. */
-static void warn_of_light(const struct sum *sum)
+static void warn_of_light(const struct sum *sum, const struct operands *views)
 {
     char text[500];
+    struct views_light_found found;
     const char *path = image_path(sum->first.colour);
     if (source_is_coded(&sum->first, text, sizeof(text)))
         warning(sum->tool->is_quiet, "%s: %s", path, text);
@@ -225,6 +230,10 @@ static void warn_of_light(const struct sum *sum)
         warning(sum->tool->is_quiet,
                 "%s: %s: oiiotool FILE --ch R,G,B,A --premult -o colour.exr, for each",
                 path, alpha_straight_words);
+    if (!views_light_differs(sum->light, &found))
+        return;
+    views_light_explain(&found, text, sizeof(text));
+    warning(sum->tool->is_quiet, "%s: %s", views->items[found.view], text);
 }
 
 static int add_all(struct sum *sum, const struct operands *views)
@@ -232,16 +241,19 @@ static int add_all(struct sum *sum, const struct operands *views)
     struct image_error error;
     struct progress bar;
     bool is_good = start_sum(sum, &error);
+    sum->light = views_light_create(views->n, sum->first.width, sum->first.height);
+    if (is_good && !sum->light)
+        is_good = set_error(&error, "out of memory for %d views", views->n);
     progress_start(&bar, "averaging", sum->tool->is_quiet);
     for (int i = 0; i < views->n && is_good && !os_is_interrupted(); i++) {
-        is_good = add_view(sum, &views->items[i], &error);
+        is_good = add_view(sum, views, i, &error);
         progress_report(&bar, (double)(i + 1) / views->n);
     }
     progress_end(&bar);
     if (is_good && os_is_interrupted())
         return os_interrupt_code();
     if (is_good)
-        warn_of_light(sum);
+        warn_of_light(sum, views);
     if (is_good && write_mean(sum, views->n, &error))
         return EXIT_DONE;
     message("%s", error.message);
@@ -259,6 +271,7 @@ static int accumulate(const struct accumulate_options *tool,
         return EXIT_FAILED;
     }
     const int code = add_all(&sum, views);
+    views_light_free(sum.light);
     rf_accumulator_destroy(sum.accumulator);
     rf_context_destroy(sum.context);
     source_close(&sum.first);

@@ -13,6 +13,7 @@ from ._core import ParameterError as ParameterError
 from ._core import PixelError as PixelError
 from ._core import _Pixels
 from ._core import UnreadParameterWarning as UnreadParameterWarning
+from ._core import ViewsWarning as ViewsWarning
 from ._core import compare as compare
 from ._core import cpu_level as cpu_level
 from ._core import fill_depth as fill_depth
@@ -37,6 +38,7 @@ __all__ = [
     "PixelError",
     "UnreadParameterWarning",
     "View",
+    "ViewsWarning",
     "Window",
     "accumulate",
     "apply",

@@ -26,6 +26,7 @@ class DepthError(Error, ValueError): ...
 class PixelError(Error, ValueError): ...
 class CancelledError(Error, RuntimeError): ...
 class UnreadParameterWarning(UserWarning): ...
+class ViewsWarning(UserWarning): ...
 
 class _Scores(TypedDict):
     psnr: float
@@ -126,6 +127,7 @@ class Filter:
         out: _Pixels,
         progress: Callable[[float], bool | None] | None = None,
         seen: Sequence[Sequence[tuple[_Pixels, _Pixels]] | None] | None = None,
+        check: bool = True,
     ) -> None: ...
     def denoise_views(
         self,
@@ -144,6 +146,7 @@ class Filter:
         clean: Sequence[_Pixels],
         out: _Pixels,
         progress: Callable[[float], bool | None] | None = None,
+        check: bool = True,
     ) -> None: ...
     def process_deep(
         self,

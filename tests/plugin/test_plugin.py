@@ -278,6 +278,25 @@ def test_one_view_is_a_frame():
     assert np.array_equal(a, b)
 
 
+def test_views_that_are_hardly_of_one_lens_are_warned_of(root, recwarn):
+    """Of another place than is said, or of another exposure; the command says the same."""
+    _, views, params = posts_views(root)
+    height, width = views[0][0].shape[:2]
+    made = rackfocus.Filter(width, height, **{**params, "method": "views"})
+    out, other = np.empty_like(views[0][0]), np.empty_like(views[0][0])
+    made.process_views(views, out)
+    assert not recwarn
+    with pytest.warns(rackfocus.ViewsWarning, match="both numbers of lens_offset"):
+        made.process_views([(c, z, (-u, -v), d) for c, z, (u, v), d in views], out)
+    bright = [*views[:2], (2 * views[2][0], *views[2][1:])]
+    with pytest.warns(rackfocus.ViewsWarning, match="view 2 is 2 times as bright"):
+        made.process_views(bright, out)
+    with pytest.warns(rackfocus.ViewsWarning, match="view 2 is 2 times as bright"):
+        made.merge_denoised(bright, [view[0] for view in bright], other)
+    made.process_views(bright, other, check=False)
+    assert not recwarn.list
+
+
 def test_bad_views_are_named():
     """None, too many, not tuples, wrong buffers, a method of one view."""
     colour, depth = make_frame()

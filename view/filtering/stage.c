@@ -19,7 +19,9 @@
 #include "sources/depth_repair.h"
 #include "sources/picture.h"
 #include "sources/picture_doubts.h"
+#include "sources/views.h"
 #include "sources/views_fit.h"
+#include "sources/views_light.h"
 #include "sources/white.h"
 
 /* ---- scenes of POV-Ray ----------------------------------------------------------- */
@@ -301,26 +303,43 @@ static struct input *read_deep(const struct stage *stage, const struct settings 
     return input_read_deep(&stage->source, &params, n_threads, error);
 }
 
-/* That views lie elsewhere than their headers say, as `rackfocus filter` warns. */
-static void remark_places(struct stage *stage, const struct settings *typed,
-                          const struct view_list *list)
+/* A remark on one of the views, or on all: view < 0. */
+static void remark_view(struct stage *stage, const struct view_list *list, int view,
+                        const char *what)
+{
+    char text[700];
+    snprintf(text, sizeof(text), "%s%s%s", view >= 0 ? list->items[view].path : "",
+             view >= 0 ? ": " : "", what);
+    add_remark(stage, text);
+}
+
+/* That views have another exposure, or lie elsewhere than their headers say, as
+ * `rackfocus filter` warns. */
+static void remark_views(struct stage *stage, const struct settings *typed,
+                         const struct view_list *list)
 {
     const struct input *input = stage->input;
     struct settings settings;
     struct rf_params params;
     struct rf_lens lens;
+    struct views_light_found light;
     struct views_fit fit;
-    char why[500], text[700];
-    if (!stage->has_views || stage->scene ||
-        !stage_resolve(stage, typed, &settings, &params, why, sizeof(why)) ||
-        rf_lens_init(&lens, &params, input->width, input->height, NULL) != RF_OK ||
-        !views_fit_is_wrong(input->views, input->n_views, &params, &lens, &fit))
+    char what[500];
+    if (!stage->has_views || stage->scene)
         return;
-    views_fit_describe(&fit, why, sizeof(why));
-    snprintf(text, sizeof(text), "%s%s%s",
-             fit.wrong_view >= 0 ? list->items[fit.wrong_view].path : "",
-             fit.wrong_view >= 0 ? ": " : "", why);
-    add_remark(stage, text);
+    if (views_light_is_other(input->views, input->n_views, &light)) {
+        views_light_explain(&light, what, sizeof(what));
+        remark_view(stage, list, light.view, what);
+    }
+    if (!stage_resolve(stage, typed, &settings, &params, what, sizeof(what)) ||
+        rf_lens_init(&lens, &params, input->width, input->height, NULL) != RF_OK)
+        return;
+    const struct views_fit_given given = {
+        input->views, input->n_views, 0, &params, &lens, &views_in_headers};
+    if (!views_fit_is_wrong(&given, &fit))
+        return;
+    views_fit_explain(&fit, &views_in_headers, what, sizeof(what));
+    remark_view(stage, list, fit.wrong_view, what);
 }
 
 static bool read_files(struct stage *stage, const struct settings *typed,
@@ -360,7 +379,7 @@ static bool read_files(struct stage *stage, const struct settings *typed,
         is_good && stage->input &&
         (is_deep || mend_depth(stage, typed, &stage->source, stage->input, error));
     if (is_good)
-        remark_places(stage, typed, &list);
+        remark_views(stage, typed, &list);
     if (is_good && !is_deep)
         find_white(stage, &stage->source, stage->input);
     views_list_free(&list);
