@@ -13,12 +13,14 @@
 #include "filter/filter_many.h"
 #include "filter/filter_output.h"
 #include "filter/filter_run.h"
+#include "filter/finish_lens.h"
 #include "filter/finish_light.h"
 #include "filter/finish_mix.h"
 #include "folder.h"
 #include "interrupt.h"
 #include "leftovers.h"
 #include "sources/alpha.h"
+#include "sources/camera_facts.h"
 #include "sources/picture.h"
 #include "sources/settings.h"
 #include "sources/source.h"
@@ -38,6 +40,7 @@ struct finish {
     struct denoiser *denoiser;
     float white; /* luminance that is shown as white, a power of two */
     int n_threads;
+    bool is_lens_told; /* by the headers */
 };
 
 static size_t n_pixels(const struct finish *f)
@@ -121,10 +124,52 @@ static int filter_passes(struct finish *f, char *const *guides, int n, const cha
     return filter_any(&how, f->settings, guides, n, f->error);
 }
 
+/* What a header says of the lens; false where it cannot be read. Of a picture of ours,
+ * what it was made with: the other attributes are those of its passes. */
+static bool read_lens(const struct image_input *input, int part,
+                      struct settings *settings)
+{
+    char text[500];
+    const char *made;
+    settings_init(settings);
+    return (!image_attribute_string(input, "rackfocus:filtered", &made) ||
+            finish_lens_made(made, settings)) &&
+           settings_read_header(settings, input, part, text, sizeof(text)) &&
+           !settings_is_by(settings, "focus-distance", camera_facts_target) &&
+           !settings_is_by(settings, "focus-distance", camera_facts_redshift);
+}
+
+/* The lens of both, where both headers have it. */
+static int compare_lenses(struct finish *f, const char *path, const char *shown)
+{
+    char *paths[] = {(char *)path};
+    const struct source_request request = {.paths = paths, .n_paths = 1};
+    struct source ours = {0};
+    struct settings own_lens, our_lens;
+    struct image_error unread;
+    char text[160];
+    if (picture_kind(path) != PICTURE_EXR || !source_open(&ours, &request, &unread))
+        return APP_DONE; /* read_ours() says why */
+    f->is_lens_told =
+        read_lens(f->own.colour, f->own.part, &own_lens) &&
+        read_lens(ours.colour, ours.part, &our_lens) &&
+        finish_lens_headers_differ(&own_lens, &our_lens, text, sizeof(text));
+    source_close(&ours);
+    if (!f->is_lens_told)
+        return APP_DONE;
+    return app_warn(f->tool->host, f->error,
+                    "%s: was rendered with %s (%s); give it the same lens, else it may "
+                    "come out worse than without a guide",
+                    image_path(f->own.colour), text, shown);
+}
+
 /* Reads our picture; `shown` is its name for errors. */
 static int read_ours(struct finish *f, const char *path, const char *shown)
 {
     struct picture picture;
+    const int code = compare_lenses(f, path, shown);
+    if (code != APP_DONE)
+        return code;
     if (!picture_read(path, NULL, f->n_threads, &picture, f->error))
         return app_code_of(f->error);
     f->ours = picture.samples;
@@ -335,6 +380,21 @@ static int warn_light(const struct finish *f, const struct finish_picture *pictu
                     picture->name, times);
 }
 
+/* A guide of another lens is contradicted by all that is not in focus in both. */
+static int warn_lens(const struct finish *f, const struct finish_picture *picture)
+{
+    double share;
+    if (f->is_lens_told || !finish_lens_differs(picture, &share))
+        return APP_DONE;
+    return app_warn(
+        f->tool->host, f->error,
+        "%s: is blurred in another way than the guide in %.0f %% of what "
+        "has detail: by another focus or aperture, or it shows mirrors, "
+        "glass or motion that the guide does not; give the guide the lens "
+        "of the render, or leave it out, since it may come out worse with it",
+        picture->name, 100 * share);
+}
+
 static int finish_by_ours(struct finish *f)
 {
     f->estimate = app_memory(n_pixels(f), sizeof(float), f->error);
@@ -350,7 +410,9 @@ static int finish_by_ours(struct finish *f)
                                            .height = f->own.height,
                                            .white = f->white,
                                            .name = image_path(f->own.colour)};
-    const int code = warn_light(f, &picture);
+    int code = warn_light(f, &picture);
+    if (code == APP_DONE)
+        code = warn_lens(f, &picture);
     if (code != APP_DONE)
         return code;
     if (!finish_mix(f->denoiser, &picture, f->error))

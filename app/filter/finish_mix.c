@@ -70,7 +70,7 @@ static float display_error(float v, float e, float slope)
     return fminf(e, off);
 }
 
-enum { MOST_REACH = 8 };
+enum { MOST_REACH = 12 };
 
 /* Weights of a Gaussian over 4 sigma, which sum to 1; returns the reach. */
 static int make_gaussian(double sigma, float weights[2 * MOST_REACH + 1])
@@ -89,8 +89,7 @@ static int clamp(int v, int most)
     return v < 0 ? 0 : v > most ? most : v;
 }
 
-/* Gaussian mean of a plane in place, its edges repeated; `room` is as large. */
-static void smooth(const struct finish_picture *p, float *plane, float *room,
+void finish_smooth(const struct finish_picture *p, float *plane, float *room,
                    double sigma)
 {
     const int width = p->width, height = p->height;
@@ -128,7 +127,7 @@ static void find_means(const struct finish_picture *p, const float *denoised,
     const size_t n = n_pixels(p);
     for (size_t i = 0; i < n; i++)
         to->slope[i] = fmaxf(p->ours[3 * i + (size_t)channel] / p->white, 0);
-    smooth(p, to->slope, to->room, SIGMA_PX);
+    finish_smooth(p, to->slope, to->room, SIGMA_PX);
     for (size_t i = 0; i < n; i++) {
         const size_t k = 3 * i + (size_t)channel;
         const float slope = display_slope(to->slope[i]) / p->white;
@@ -137,9 +136,9 @@ static void find_means(const struct finish_picture *p, const float *denoised,
         to->rest[i] = slope * (p->apart ? p->apart[k] : p->own[k] - denoised[k]);
         to->square[i] = to->rest[i] * to->rest[i];
     }
-    smooth(p, to->mean, to->room, SIGMA_PX);
-    smooth(p, to->rest, to->room, GRAIN_SIGMA_PX);
-    smooth(p, to->square, to->room, GRAIN_SIGMA_PX);
+    finish_smooth(p, to->mean, to->room, SIGMA_PX);
+    finish_smooth(p, to->rest, to->room, GRAIN_SIGMA_PX);
+    finish_smooth(p, to->square, to->room, GRAIN_SIGMA_PX);
     const double n_averaged = 4 * 3.14159265358979 * SIGMA_PX * SIGMA_PX;
     for (size_t i = 0; i < n; i++) {
         const double rest = p->apart ? 0 : (double)to->rest[i];
@@ -163,8 +162,8 @@ static void mix_channel(const struct finish_picture *p, const float *denoised,
         weight[i] = (float)(b2 / (b2 + grain));
         ours[i] = (float)b2;
     }
-    smooth(p, weight, with->room, SIGMA_PX);
-    smooth(p, ours, with->room, SIGMA_PX);
+    finish_smooth(p, weight, with->room, SIGMA_PX);
+    finish_smooth(p, ours, with->room, SIGMA_PX);
     for (size_t i = 0; i < n; i++) {
         const size_t k = 3 * i + (size_t)channel;
         const float w = weight[i], left = 1 - w;

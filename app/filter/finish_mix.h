@@ -31,6 +31,11 @@ struct finish_picture {
  */
 bool finish_join_halves(float *own, float *half, size_t n);
 
+/* Gaussian mean of a plane in place, its edges repeated; `room` is as large; sigma up to
+ * 3 px. */
+void finish_smooth(const struct finish_picture *picture, float *plane, float *room,
+                   double sigma);
+
 /* False where the denoiser fails, memory is missing or it is stopped: `ours` is then no
  * result. */
 bool finish_mix(struct denoiser *denoiser, const struct finish_picture *picture,

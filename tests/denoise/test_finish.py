@@ -66,6 +66,35 @@ def test_a_guide_whose_depth_is_not_found_is_said(clean, tmp_path):
     assert clean("finish", own("posts"), ours, "-o", out).stderr == ""
 
 
+def test_a_guide_of_another_lens_is_told(clean, tmp_path):
+    """Focus 1.1 for 1: 38.6 dB with the right one, 32.0 so, 34.6 without any; silent."""
+    guide, out = tmp_path / "guide.exr", tmp_path / "out.exr"
+    lens = ["--focal-length-px", 666.667, "--type", "float"]
+    for focus, radius in ((1, 0.03125), (1.1, 0.03125), (1, 0.022)):
+        blur = ["--focus-distance", focus, "--lens-radius", radius]
+        clean("filter", REFERENCES / "posts_pinhole.exr", "-o", guide, *lens, *blur)
+        fast = ["--denoise-quality", "fast", "-o", out]
+        said = clean("finish", own("posts"), guide, *fast).stderr
+        assert ("blurred in another way" in said) == ((focus, radius) != (1, 0.03125))
+
+
+def test_headers_with_another_lens_are_told(clean, tmp_path):
+    pixels, names = read(own("posts"))
+    guide, like = tmp_path / "guide.exr", tmp_path / "like.exr"
+    pinhole, out = REFERENCES / "posts_pinhole.exr", tmp_path / "out.exr"
+    clean("filter", pinhole, "-o", guide)
+    for lens, text in (
+        ([], ""),
+        (["--focus-distance", 1.5], "focus distance 1.5, and the guide has 1 ("),
+        (["--lens-radius", 0.02], "lens radius 0.02, and the guide has 0.03125"),
+    ):
+        clean("filter", pinhole, "-o", like, *lens)
+        lens = write(tmp_path / "own.exr", pixels, names, like)
+        fast = ["--denoise-quality", "fast", "-o", out]
+        said = clean("finish", lens, guide, *fast).stderr
+        assert text in said and bool(text) == bool(said)
+
+
 def test_the_own_samples_decide(clean, tmp_path):
     """What the guide does not know comes back; the estimate knows where."""
     height, width = 120, 160
