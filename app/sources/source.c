@@ -345,6 +345,13 @@ static bool fail_cropped(const struct source *source, struct image_error *error)
                      image_path(source->colour), path, subimage);
 }
 
+/* Pictures of another size from the same corner: of the larger a part would be taken. */
+static bool is_scaled(const struct image_box *a, const struct image_box *b)
+{
+    return a->min_x == b->min_x && a->min_y == b->min_y &&
+           (a->max_x != b->max_x || a->max_y != b->max_y);
+}
+
 /* The depth must cover the colour; an overscan of it is of no use and no harm. */
 static bool check_windows(const struct source *source, struct image_error *error)
 {
@@ -354,9 +361,11 @@ static bool check_windows(const struct source *source, struct image_error *error
     const int part = image_channels(source->depth, &n)[source->z].part;
     const struct image_box *display =
         &image_parts(source->depth, &n)[part].display_window;
-    if (covers(depth, colour))
+    const bool is_other_size =
+        is_scaled(display, &source->info.display_window) && is_scaled(depth, colour);
+    if (covers(depth, colour) && !is_other_size)
         return true;
-    if (covers(display, colour) && covers(display, depth))
+    if (!is_other_size && covers(display, colour) && covers(display, depth))
         return fail_cropped(source, error);
     const int32_t width = depth->max_x - depth->min_x + 1;
     const int32_t height = depth->max_y - depth->min_y + 1;
@@ -476,6 +485,17 @@ static bool is_coded(const char *space)
 bool source_is_coded(const struct source *source, char *text, size_t n_bytes)
 {
     static const char *const names[] = {"colorInteropID", "oiio:ColorSpace"};
+    int n;
+    if (source->layer.r >= 0 &&
+        image_channels(source->colour, &n)[source->layer.r].type == IMAGE_SAMPLE_UINT) {
+        snprintf(text, n_bytes,
+                 "is of whole numbers (UINT), taken for light as they are: 255 is 255 "
+                 "times white, not white; make light of them: oiiotool FILE --ch R,G,B "
+                 "-d float --mulc 16843009 -o linear.exr of 8 bits, --mulc 65537 of 16 "
+                 "bits, and --colorconvert sRGB linear after it where they are coded "
+                 "for a screen");
+        return true;
+    }
     for (size_t i = 0; i < sizeof(names) / sizeof(names[0]); i++) {
         const char *space;
         if (!image_attribute_string(source->colour, names[i], &space) ||

@@ -296,19 +296,37 @@ def test_depth_part_with_a_larger_window(filtered, want, tmp_path):
     assert (filtered(write(tmp_path / "a.exr", first, (depth, spec))) == want).all()
 
 
+def test_a_depth_of_another_size_is_refused(rackfocus, tmp_path):
+    """A quarter of a larger one was taken, in silence."""
+    colour, depth = colour_and_depth()
+    small = plainexr.write(tmp_path / "a.exr", colour)
+    twice = {"Z": numpy.kron(depth["Z"], numpy.ones((2, 2), numpy.float32))}
+    large = plainexr.write(tmp_path / "z.exr", twice)
+    out = tmp_path / "o.exr"
+    done = rackfocus("filter", small, "--depth-file", large, "-o", out, *LENS, code=1)
+    width, height = SIZE
+    assert f"z.exr: the depth is {2 * width} x {2 * height}, but" in done.stderr
+    assert "render both in one size" in done.stderr
+
+
 @pytest.mark.parametrize("at", [(-10, -7), (1000, 2000)])
 def test_any_origin(filtered, want, tmp_path, at):
     path = write(tmp_path / "a.exr", (picture(), spec_of(picture(), at=at)))
     assert (filtered(path) == want).all()
 
 
-def test_whole_numbers(filtered, tmp_path):
+def test_whole_numbers(rackfocus, filtered, tmp_path):
     """32-bit integers as colour and as depth are what they are as floats."""
     channels = {n: numpy.ceil(v * 8) for n, v in picture().items()}
     whole = {n: v.astype("u4") for n, v in channels.items()}
     path = write(tmp_path / "a.exr", (whole, spec_of(whole, "uint")))
     lens = ["--focus-distance", "50", "--lens-radius", "1"]
     got = filtered(path, "RGB", *lens)
+    done = rackfocus("filter", path, "-o", tmp_path / "o.exr", *LENS, *lens)
+    assert (
+        "a.exr: is of whole numbers (UINT), taken for light as they are" in done.stderr
+    )
+    assert "--mulc 65537 of 16" in done.stderr
     plain = plainexr.write(tmp_path / "b.exr", channels)
     assert (got == filtered(plain, "RGB", *lens)).all()
     assert abs(got[..., 0] - channels["R"]).max() > 0.5
