@@ -80,20 +80,42 @@ static bool is_of_split(const char *key)
     return strncmp(key, "split-", 6) == 0 && strcmp(key, "split-edges") != 0;
 }
 
+/* What is sharp counts for the picture where the blend is made of it alone. */
+static bool reads_limit(const struct rf_params *p)
+{
+    return rf_method_find(p->method)->has_blend && p->blend == RF_BLEND_REGION &&
+           !(p->region_size > 0);
+}
+
+/* Why this value of a parameter that is read does nothing here; NULL: it does. */
+static const char *why_useless(const struct run *run, const char *key)
+{
+    const struct rf_params *p = &run->settings->params;
+    if (is_of_split(key))
+        return why_not_split(run);
+    if (strcmp(key, "coc-limit") == 0 && !reads_limit(p))
+        return "read only with blend region and a region-size of 0; rackfocus info "
+               "says the depth of field by it";
+    if (strcmp(key, "film-depth") == 0 && run->source.n_channels != 4 && !run->is_deep)
+        return "the picture has no alpha";
+    if (strcmp(key, "depth") == 0 && p->depth == RF_DEPTH_RADIAL &&
+        p->projection == RF_PROJECTION_ORTHOGRAPHIC)
+        return "the rays of an orthographic camera lie along its axis, so that radial "
+               "is planar";
+    return NULL;
+}
+
 /* Why nothing of this run reads a parameter; NULL: it does. */
 static const char *why_unread(const struct run *run, const struct rf_param_info *info)
 {
     const char *why_not;
-    if (is_of_split(info->key) && rf_param_is_read(&run->params, info->key, NULL) &&
-        (why_not = why_not_split(run)))
-        return why_not;
     if (!rf_param_is_read(&run->settings->params, info->key, &why_not))
         return settings_acts(run->settings, info->key) ? NULL : why_not;
     if (is_mean(run) && ((info->group == RF_GROUP_LENS && !has_lens_beside(run)) ||
                          info->group == RF_GROUP_APERTURE))
         return MEAN_HAS_LENS;
     return places_views(info->key) ? "read only where views are rendered, as by povray"
-                                   : NULL;
+                                   : why_useless(run, info->key);
 }
 
 static int warn_no_effect(const struct run *run, const char *option, const char *why)

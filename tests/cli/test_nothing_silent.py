@@ -52,6 +52,8 @@ def no_effect(name):
         ["--ortho-scale", "4", "--projection", "perspective"],
         ["--f-stop", "2"],
         ["--format", "exr"],
+        ["--coc-limit", "2"],
+        ["--film-depth", "all"],
     ],
 )
 def test_a_useless_option_is_named(run, scene, tmp_path, arguments):
@@ -71,10 +73,17 @@ def test_options_of_exr_on_png(run, scene, name):
     assert no_effect(name) in run(scene(), f"--{name}", value, name="o.png").stderr
 
 
+def test_radial_depth_of_an_orthographic_camera_is_planar(run, scene):
+    lens = ["--focus-distance", "6", "--f-stop", "2", "--ortho-scale", "5"]
+    assert no_effect("depth") in run(scene(), "--depth", "radial", lens=lens).stderr
+
+
 def test_what_is_read_is_not_warned_of(run, scene):
     arguments = ["--blades", "6", "--blade-rotation", "10", "--quality", "normal"]
     assert run(scene(), *arguments).stderr == ""
     assert run(scene(), "--png-bits", "16", name="o.png").stderr == ""
+    limit = ["--coc-limit", "2", "--method", "box", "--blend", "region"]
+    assert "coc-limit" not in run(scene(), *limit).stderr
 
 
 def test_scale_of_an_orthographic_camera_says_that_it_is_one(run, scene, tmp_path):
