@@ -270,6 +270,10 @@ static int accumulate(const struct accumulate_options *tool,
         message("%s", error.message);
         return EXIT_FAILED;
     }
+    if (tool->threshold != 1 && tool->gain == 1 && tool->saturation == 1)
+        warning(tool->is_quiet,
+                "--highlight-threshold: has no effect: read only with a highlight-gain "
+                "or highlight-saturation other than 1");
     const int code = add_all(&sum, views);
     views_light_free(sum.light);
     rf_accumulator_destroy(sum.accumulator);

@@ -161,6 +161,55 @@ static void tell_error(const struct aperture_options *tool,
                 error->message);
 }
 
+static bool is_one_of(const char *key, const char *const *list)
+{
+    for (; *list; list++)
+        if (strcmp(key, *list) == 0)
+            return true;
+    return false;
+}
+
+/* Why a parameter changes nothing of the sheet; NULL: it does. */
+static const char *why_unread(const struct rf_params *params,
+                              const struct rf_param_info *info)
+{
+    static const char *const of_tilt[] = {
+        "focal-length",  "focal-length-px", "sensor-width",
+        "sensor-height", "sensor-fit",      "unit-scale",
+        "shift-x",       "shift-y",         NULL};
+    static const char *const of_none[] = {"optics", "coc-limit", "split-edges", NULL};
+    const char *why_not = NULL;
+    if (info->group == RF_GROUP_DEPTH)
+        return "the lamps have a depth of their own";
+    if (!rf_param_is_read(params, info->key, &why_not))
+        return why_not;
+    if (params->tilt_x == 0 && params->tilt_y == 0 && is_one_of(info->key, of_tilt))
+        return "read only with a tilt: --radius says how large the blur is";
+    return is_one_of(info->key, of_none)
+               ? "the lamps are points, and --radius says how large the blur is"
+               : NULL;
+}
+
+/* Says what was given for nothing; the depth of the sheet is planar. */
+static void leave_out_unread(const struct aperture_options *tool,
+                             const struct settings *settings, struct rf_params *params)
+{
+    size_t n;
+    struct rf_params defaults;
+    const struct rf_param_info *list = rf_param_list(&n);
+    rf_params_init(&defaults);
+    for (size_t i = 0; i < n; i++) {
+        const char *why_not = why_unread(&settings->params, &list[i]);
+        const size_t at = list[i].offset;
+        const size_t size =
+            list[i].type == RF_TYPE_FLOAT ? sizeof(double) : sizeof(int32_t);
+        if (list[i].group == RF_GROUP_DEPTH)
+            memcpy((char *)params + at, (const char *)&defaults + at, size);
+        if (why_not && settings_origin(settings, list[i].key) == ORIGIN_COMMAND_LINE)
+            warning(tool->is_quiet, "--%s: has no effect: %s", list[i].key, why_not);
+    }
+}
+
 static int make_sheet(const struct aperture_options *tool,
                       const struct settings *settings)
 {
@@ -170,6 +219,7 @@ static int make_sheet(const struct aperture_options *tool,
                                    .height = tool->width * 9 / 16,
                                    .params = settings->params};
     const size_t n = (size_t)sheet.width * (size_t)sheet.height;
+    leave_out_unread(tool, settings, &sheet.params);
     sheet.rgb = app_memory(2 * 3 * n, sizeof(float), NULL);
     sheet.depth = app_memory(n, sizeof(float), NULL);
     int code = EXIT_FAILED;

@@ -261,6 +261,26 @@ def test_aperture_refuses(rackfocus, options, part):
     assert part in rackfocus("aperture", *options, code=2).stderr
 
 
+def test_aperture_says_what_it_does_not_read(rackfocus, tmp_path):
+    """Silent before; a kind of depth made another picture of the lamps' own depth."""
+    plain, out = tmp_path / "a.png", tmp_path / "b.png"
+    words = ("aperture", "--width", "200", "-o")
+    assert rackfocus(*words, plain, "--blades", "5").stderr == ""
+    useless = ("--depth", "inverse", "--focal-length", "90", "--lens-seed", "3")
+    said = rackfocus(*words, out, "--blades", "5", *useless).stderr
+    assert said.count("has no effect") == 3
+    assert out.read_bytes() == plain.read_bytes()
+    tilt = ("--tilt-x", "9", "--focal-length", "90", "--shift-x", "0.1")
+    assert rackfocus(*words, out, *tilt).stderr == ""
+
+
+def test_accumulate_says_a_threshold_without_a_gain(rackfocus, scene, tmp_path):
+    words = ("accumulate", scene(), scene(), "-o", tmp_path / "o.exr")
+    words += ("--highlight-threshold", "3")
+    assert "--highlight-threshold: has no effect" in rackfocus(*words).stderr
+    assert "no effect" not in rackfocus(*words, "--highlight-gain", "2").stderr
+
+
 def test_accumulate_takes_of_a_look_what_a_mean_can_have(
     rackfocus, scene, tmp_path, monkeypatch
 ):
