@@ -14,6 +14,10 @@
  * that is allowed suffices; edges of things in them tell as well as those of all. */
 enum { MOST_ROWS = 512, LEAST_ROWS = 64, PART_OF_MEMORY = 4 };
 
+/* What one view's depth is at least of the others' where its unit is another; that of
+ * right views is within 1.15 (views_light.c) in twelve sets. An inch is 2.54 cm. */
+static const double UNIT_TIMES = 1.5;
+
 /* Rows of all views. */
 struct band {
     int32_t first, n;
@@ -115,12 +119,40 @@ static int warn_light(const struct run *run, const struct views_light *light)
                     image_path(run->views.sources[found.view].colour), text);
 }
 
+/* Depth of another unit in one view; `is_told`: there is. */
+static int warn_unit(const struct run *run, const struct rf_view *views, int32_t first,
+                     bool *is_told)
+{
+    struct views_light_found found;
+    char text[300];
+    struct views_light *depth =
+        views_light_create(run->views.n, run->source.width, run->source.height);
+    *is_told = false;
+    if (!depth)
+        return app_fail(run->error, APP_NO_MEMORY, "out of memory for views");
+    for (int i = 0; i < run->views.n; i++)
+        views_light_add(depth, i, &views[i].depth, first);
+    *is_told = views_light_differs(depth, &found) &&
+               (found.times[0] > UNIT_TIMES ||
+                (found.times[0] > 0 && found.times[0] < 1 / UNIT_TIMES));
+    views_light_free(depth);
+    if (!*is_told)
+        return APP_DONE;
+    views_light_explain_depth(&found, text, sizeof(text));
+    return app_warn(run->tool->host, run->error, "%s: %s",
+                    image_path(run->views.sources[found.view].depth), text);
+}
+
 static int warn(const struct run *run, const struct views_light *light,
                 const struct rf_view *views, int32_t first)
 {
     const bool has_depth = rf_method_find(run->params.method)->needs_depth;
-    const int code = warn_light(run, light);
-    return code == APP_DONE && has_depth ? warn_fit(run, views, first) : code;
+    bool is_told = false;
+    int code = warn_light(run, light);
+    if (code == APP_DONE && has_depth)
+        code = warn_unit(run, views, first, &is_told);
+    return code == APP_DONE && has_depth && !is_told ? warn_fit(run, views, first)
+                                                     : code;
 }
 
 int filter_warn_views(const struct run *run)

@@ -23,6 +23,9 @@ static const double BLACK = 1e-3;
 /* What one of eight views may differ before it is worth a word: 2 % of the merge. */
 static const double MOST_TIMES = 1.15;
 
+/* Depth from here on: nothing was hit. No light is as bright. */
+static const float NO_HIT = 1e9f;
+
 /* Channels that differ less from each other are the same factor. */
 static const double SAME_TINT = 1.05;
 
@@ -80,7 +83,8 @@ void views_light_add(struct views_light *light, int view, const struct rf_image 
             double *cells = cells_of(light, view, c) + at;
             const char *sample = row + (is_grey ? 0 : c * colour->channel_bytes);
             for (int32_t x = 0; x < colour->width; x++, sample += colour->pixel_bytes)
-                cells[x / light->cell] += (double)*(const float *)sample;
+                if (*(const float *)sample < NO_HIT)
+                    cells[x / light->cell] += (double)*(const float *)sample;
         }
     }
 }
@@ -211,4 +215,15 @@ void views_light_explain(const struct views_light_found *found, char *text,
                  "has %.3g, %.3g and %.3g times the red, green and blue of %s; render "
                  "all with one exposure, white balance and light, or leave it out",
                  t[0], t[1], t[2], others);
+}
+
+void views_light_explain_depth(const struct views_light_found *found, char *text,
+                               size_t n_text)
+{
+    snprintf(text, n_text,
+             "its depth is %.3g times that of %s; write the depth of all views in one "
+             "unit, multiply it by %.3g, or leave the view out",
+             found->times[0],
+             found->n_others > 0 ? "most views, and more differ" : "the other views",
+             1 / found->times[0]);
 }

@@ -18,7 +18,15 @@ ORTHO = LENS | {"rackfocus:projection": "orthographic", "rackfocus:orthoScale": 
 
 
 def make(
-    path, taken, said, shear=FOCUS, said_shear=FOCUS, light=1, is_ortho=False, times=1
+    path,
+    taken,
+    said,
+    shear=FOCUS,
+    said_shear=FOCUS,
+    light=1,
+    is_ortho=False,
+    times=1,
+    unit=1,
 ):
     """Discs at distances of 2 and 3 before a wall, seen from a point of the lens; of a
     picture `times` as large, from places nearer to its middle."""
@@ -37,7 +45,7 @@ def make(
         depth[is_disc], grey[is_disc] = z, random.uniform()
     colour = grey[..., None] * light
     channels = {c: colour[..., i % colour.shape[2]] for i, c in enumerate("RGB")}
-    channels = {n: v.astype("f4") for n, v in (channels | {"Z": depth}).items()}
+    channels = {n: v.astype("f4") for n, v in (channels | {"Z": depth * unit}).items()}
     place = {
         "rackfocus:lensOffset": tuple(said),
         "rackfocus:focalLengthPx": FOCAL * times,
@@ -56,6 +64,7 @@ def said(rackfocus, tmp_path):
         change=lambda i, place: place,
         take=lambda place: place,
         lights=(1, 1, 1, 1),
+        units=(1, 1, 1, 1),
         command=("filter",),
         code=0,
         **how,
@@ -65,10 +74,11 @@ def said(rackfocus, tmp_path):
                 tmp_path / f"v{i}.exr",
                 take(place),
                 change(i, place),
-                light=light,
-                **how,
+                **{"light": light, "unit": unit, **how},
             )
-            for i, (place, light) in enumerate(zip(PLACES, lights, strict=False))
+            for i, (place, light, unit) in enumerate(
+                zip(PLACES, lights, units, strict=False)
+            )
         ]
         return rackfocus(*command, *paths, "-o", tmp_path / "o.exr", code=code).stderr
 
@@ -144,3 +154,11 @@ def test_a_view_of_another_exposure(said, command):
     assert "v3.exr: is black" in said(command=command, lights=(1, 1, 1, 0))
     tint = said(command=command, lights=(1, 1, 1, numpy.array([1.3, 1, 0.8])))
     assert "v3.exr: has 1.3, 1 and 0.8 times the red, green and blue" in tint
+
+
+def test_a_view_with_depth_of_another_unit(said):
+    """Silent of two views, else taken for a view of another place."""
+    assert "v1.exr: its depth is 100 times that of the other" in said(units=(1, 100))
+    text = said(units=(1, 1, 0.001, 1))
+    assert "v2.exr: its depth is 0.001 times" in text and "multiply it by 1e+03" in text
+    assert "elsewhere" not in text
