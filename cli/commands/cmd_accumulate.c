@@ -260,6 +260,21 @@ static int add_all(struct sum *sum, const struct operands *views)
     return EXIT_FAILED;
 }
 
+/* A pattern and a name beside it may give a view twice; the first that is. By its name,
+ * since many views are many pairs. */
+static void warn_of_twins(const struct accumulate_options *tool,
+                          const struct operands *views)
+{
+    for (int i = 1; i < views->n; i++)
+        for (int k = 0; k < i; k++)
+            if (strcmp(views->items[i], views->items[k]) == 0) {
+                warning(tool->is_quiet,
+                        "%s: is given twice, and counts twice; name each view once",
+                        views->items[i]);
+                return;
+            }
+}
+
 static int accumulate(const struct accumulate_options *tool,
                       const struct operands *views)
 {
@@ -274,6 +289,7 @@ static int accumulate(const struct accumulate_options *tool,
         warning(tool->is_quiet,
                 "--highlight-threshold: has no effect: read only with a highlight-gain "
                 "or highlight-saturation other than 1");
+    warn_of_twins(tool, views);
     const int code = add_all(&sum, views);
     views_light_free(sum.light);
     rf_accumulator_destroy(sum.accumulator);
