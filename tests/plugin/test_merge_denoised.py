@@ -69,6 +69,7 @@ def test_the_mixture_is_better_than_both():
     assert made < min(both), (made, both)
 
 
+@pytest.mark.filterwarnings("error::rackfocus.ViewsWarning")
 def test_grain_of_dark_things_stays_out():
     """Few bright samples on black: with signs changed they are below 0."""
     rng = np.random.default_rng(10)
