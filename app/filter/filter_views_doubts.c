@@ -97,9 +97,12 @@ static int warn_fit(const struct run *run, const struct rf_view *views, int32_t 
 {
     struct views_fit found;
     char text[500];
-    const struct views_fit_given given = {
-        views, run->views.n, first, &run->params, rf_filter_lens(run->filter),
-        &views_in_headers};
+    const struct views_fit_given given = {views,
+                                          run->views.n,
+                                          first,
+                                          &run->params,
+                                          rf_filter_lens(run->filter),
+                                          &views_in_headers};
     if (!views_fit_is_wrong(&given, &found))
         return APP_DONE;
     views_fit_explain(&found, &views_in_headers, text, sizeof(text));

@@ -334,8 +334,8 @@ static void remark_views(struct stage *stage, const struct settings *typed,
     if (!stage_resolve(stage, typed, &settings, &params, what, sizeof(what)) ||
         rf_lens_init(&lens, &params, input->width, input->height, NULL) != RF_OK)
         return;
-    const struct views_fit_given given = {
-        input->views, input->n_views, 0, &params, &lens, &views_in_headers};
+    const struct views_fit_given given = {input->views, input->n_views,   0, &params,
+                                          &lens,        &views_in_headers};
     if (!views_fit_is_wrong(&given, &fit))
         return;
     views_fit_explain(&fit, &views_in_headers, what, sizeof(what));
