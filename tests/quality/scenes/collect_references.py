@@ -26,6 +26,7 @@ import OpenImageIO as oiio
 VIEW_SCENES = ("posts", "portrait")
 SMALL_SCENES = ("plane", "macro", "foliage", "ortho")
 LIGHT_SCENES = {"mirrors": 7}  # and the view that is kept
+LONE_REFERENCES = ("bar", "street", "fur", "snow", "cards")  # for rivals.py
 LIGHTS = {"reflection": "Gloss", "transmission": "Trans"}
 VEC2 = oiio.TypeDesc(oiio.FLOAT, oiio.VEC2)
 
@@ -160,10 +161,9 @@ class Collector:
 
     def collect_reference(self):
         """The mean over the seeds; the seeds against each other are the noise."""
-        paths = sorted(self.work.glob(f"{self.name}_reference_seed*.exr"))
-        if len(paths) < 2:
+        seeds = seeds_of(self.work, self.name)
+        if len(seeds) < 2:
             return False
-        seeds = [read_exr(path)[..., :3] for path in paths]
         pairs = [10 ** (-tpsnr(a, b) / 10) for a, b in combinations(seeds, 2)]
         between = -10 * math.log10(np.mean(pairs))
         self.reference = np.mean(seeds, axis=0)
@@ -258,6 +258,20 @@ def collect(work, out, name, options):
     return one.entry
 
 
+def seeds_of(work, name):
+    """The colours of a scene's references, a picture for each seed."""
+    paths = sorted(work.glob(f"{name}_reference_seed*.exr"))
+    return [read_exr(path)[..., :3] for path in paths]
+
+
+def collect_mean(work, out, name):
+    """Collects a scene of which the reference alone is kept."""
+    seeds = seeds_of(work, name)
+    write_exr(out / f"{name}_reference.exr", np.mean(seeds, axis=0), "piz")
+    between = tpsnr(seeds[0], seeds[1])
+    print(f"{name}: {len(seeds)} seeds, two of them {between} dB apart")
+
+
 def collect_lights(work, out, name):
     """Collects a scene of mirrors: pinhole, one view, reference; no scores."""
     one = Collector(work, out, name)
@@ -301,7 +315,13 @@ def main():
         for name in (*VIEW_SCENES, *SMALL_SCENES, *LIGHT_SCENES)
         if (options.workdir / f"{name}_pinhole.exr").exists()
     ]
+    for name in LONE_REFERENCES:
+        is_wanted = name in options.scenes or not options.scenes
+        if is_wanted and len(seeds_of(options.workdir, name)) > 1:
+            collect_mean(options.workdir, options.outdir, name)
     for name in names:
+        if name in LONE_REFERENCES:
+            continue
         if name in LIGHT_SCENES:
             collect_lights(options.workdir, options.outdir, name)
             continue

@@ -23,13 +23,20 @@ import json
 import math
 import random
 import sys
-from dataclasses import asdict, dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import bpy
-from mathutils import Euler, Vector
+from mathutils import Vector
 
 sys.path.insert(0, str(Path(__file__).parent))
+from cycles_camera import (  # noqa: E402
+    Camera,
+    log_uniform,
+    place,
+    random_colour,
+    random_warm,
+)
 from cycles_shapes import (  # noqa: E402
     add_ball,
     add_box,
@@ -42,6 +49,7 @@ from cycles_shapes import (  # noqa: E402
     make_mirror,
     set_light,
 )
+from cycles_thin import build_cards, build_fur, build_snow  # noqa: E402
 
 GOLDEN_ANGLE_RAD = 2.399963
 FEW_SAMPLES = 4  # of a view, which are moved within their pixels
@@ -53,82 +61,6 @@ RINGS = {
 }
 DEFOCUS_BOKEH = {0: "CIRCLE", 3: "TRIANGLE", 4: "SQUARE", 5: "PENTAGON", 6: "HEXAGON"}
 DEFOCUS_FACTORS = (0.35, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.15, 1.3, 1.6, 2.0, 3.0)
-
-
-@dataclass(frozen=True)
-class Camera:
-    """The camera of a scene: what the renderer is told and what the filter needs."""
-
-    width: int
-    height: int
-    lens_mm: float
-    fstop: float
-    focus: float
-    sensor_mm: float = 36.0
-    blades: int = 0
-    rotation_deg: float = 0.0
-    ratio: float = 1.0
-    ortho_scale: float = 0.0
-    height_above_ground: float = 0.0
-    pitch_deg: float = 0.0
-    bounces: int = 1
-
-    @property
-    def longer_px(self):
-        """Length of the longer side of the picture, which the sensor width spans."""
-        return max(self.width, self.height)
-
-    @property
-    def focal_px(self):
-        """Focal length in pixels."""
-        return self.longer_px * self.lens_mm / self.sensor_mm
-
-    @property
-    def lens_radius(self):
-        """Radius of the aperture in scene units, as Cycles computes it."""
-        if self.ortho_scale:
-            return 1.0 / (2.0 * self.fstop)
-        return self.lens_mm * 1e-3 / (2.0 * self.fstop)
-
-    def facts(self):
-        """Everything in this class as a dictionary, for SCENE.json."""
-        derived = {"focal_px": self.focal_px, "lens_radius": self.lens_radius}
-        return {**asdict(self), **derived}
-
-
-# --- small helpers for random things ----------------------------------------------
-
-
-def random_colour(rng, low=0.1, high=0.8):
-    """A random reflectance."""
-    return tuple(rng.uniform(low, high) for _ in range(3))
-
-
-def random_warm(rng):
-    """A random colour of a lamp, its largest channel near 1."""
-    return rng.choice(
-        [
-            (1.0, 0.75, 0.4),
-            (1.0, 0.9, 0.75),
-            (0.6, 0.8, 1.0),
-            (1.0, 0.35, 0.2),
-            (0.5, 1.0, 0.6),
-        ]
-    )
-
-
-def log_uniform(rng, low, high):
-    """A random number whose logarithm is uniform."""
-    return low * (high / low) ** rng.random()
-
-
-def place(camera, x_px, y_px, depth):
-    """The point at pixel (x, y) from the middle (y up) and planar depth."""
-    unit = depth / camera.focal_px
-    turn = Euler((math.radians(camera.pitch_deg), 0, 0))
-    point = Vector((x_px * unit, depth, y_px * unit))
-    point.rotate(turn)
-    return point + Vector((0, 0, camera.height_above_ground))
 
 
 # --- the scenes -------------------------------------------------------------------
@@ -461,6 +393,14 @@ SCENES = {
         ),
         build_mirrors,
     ),
+    "fur": (
+        Camera(
+            400, 240, 50, 0.45, 1.2, height_above_ground=0.24, pitch_deg=-5, bounces=2
+        ),
+        build_fur,
+    ),
+    "snow": (Camera(400, 240, 50, 0.55, 3.0, bounces=2), build_snow),
+    "cards": (Camera(400, 240, 50, 0.6, 2.6, bounces=2), build_cards),
 }
 
 
@@ -562,14 +502,16 @@ def lens_offset(facts, index, count):
     return rho * math.cos(angle) / facts.ratio, rho * math.sin(angle)
 
 
-def plane_in_place(facts, samples):
+def plane_in_place(facts, samples, scale):
     """Distance of the plane that stays put in views of so many samples.
 
-    That in focus, or one 1.5 px of blur beyond: blender_addon/sampling.py says why.
+    That in focus, or one 1.5 px of blur beyond, of a picture `scale` times as large:
+    blender_addon/sampling.py says why.
     """
     if samples > FEW_SAMPLES:
         return facts.focus
-    in_focus, off = 1 / facts.focus, 1.5 / (facts.lens_radius * facts.focal_px)
+    off = 1.5 / (scale * facts.lens_radius * facts.focal_px)
+    in_focus = 1 / facts.focus
     return 1 / (in_focus - off if in_focus > 2 * off else in_focus + off)
 
 
@@ -597,7 +539,7 @@ def render_views(facts, camera, prefix, options):
     """Renders the pinhole views, each with a seed of its own; returns their offsets."""
     if facts.ortho_scale:
         sys.exit("Blender's orthographic camera cannot be sheared: no views")
-    plane = plane_in_place(facts, options.samples)
+    plane = plane_in_place(facts, options.samples, options.supersample)
     if options.samples <= FEW_SAMPLES:
         open_tiny_lens(camera, facts)
     offsets = []
@@ -665,6 +607,10 @@ def parse_options():
     parser.add_argument("--samples", type=int, help="per pixel; default by pass")
     parser.add_argument("--seed", type=int, default=1, help="views: of the first view")
     parser.add_argument("--count", type=int, default=8, help="number of views")
+    parser.add_argument(
+        "--supersample", type=int, default=1, metavar="N",
+        help="pinhole, views: pictures of N times the size, with --samples in a pixel",
+    )  # fmt: skip
     parser.add_argument("--focus", type=float, help="focus distance, not the scene's")
     parser.add_argument(
         "--window", type=int, nargs=4, metavar=("X", "Y", "WIDTH", "HEIGHT"),
@@ -693,20 +639,25 @@ def render_pass(name, scene_name, options):
     camera.data.shift_x = options.pan / facts.longer_px
     if options.window:
         render_only(facts, options.window)
+    bpy.context.scene.render.resolution_percentage = 100 * options.supersample
     prefix = options.outdir / scene_name
     defaults = {"pinhole": 64, "dof": 64, "reference": 2048, "views": 8, "defocus": 1}
     options.samples = options.samples or defaults[name]
     about = {"camera": facts.facts(), "blender": bpy.app.version_string}
     if name == "views":
         about["view_offsets"] = render_views(facts, camera, prefix, options)
-        about["shear_distance"] = plane_in_place(facts, options.samples)
+        about["shear_distance"] = plane_in_place(
+            facts, options.samples, options.supersample
+        )
     elif name == "defocus":
         render_defocus(facts, prefix)
     else:
         camera.data.dof.use_dof = name != "pinhole"
         suffix = f"_seed{options.seed}" if name == "reference" else ""
         render_to(f"{prefix}_{name}{suffix}.exr", options.samples, options.seed)
-    about.update(samples=options.samples, seed=options.seed)
+    about.update(
+        samples=options.samples, seed=options.seed, supersample=options.supersample
+    )
     Path(f"{prefix}_{name}.json").write_text(json.dumps(about, indent=1) + "\n")
 
 

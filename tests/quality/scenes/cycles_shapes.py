@@ -87,6 +87,29 @@ def make_shader(kind, colour, roughness):
     return material
 
 
+def make_cutout(colour, n):
+    """A diffuse material in some n x n cells of a card, which is open between them."""
+    material = make_material(colour)
+    tree = material.node_tree
+    output = tree.nodes["Material Output"]
+    coords = tree.nodes.new("ShaderNodeTexCoord").outputs["Generated"]
+    cells = tree.nodes.new("ShaderNodeTexVoronoi")
+    cells.inputs["Scale"].default_value = n
+    inside = tree.nodes.new("ShaderNodeMath")
+    inside.operation = "LESS_THAN"
+    inside.inputs[1].default_value = 0.45
+    mix = tree.nodes.new("ShaderNodeMixShader")
+    clear = tree.nodes.new("ShaderNodeBsdfTransparent")
+    diffuse = tree.nodes["Diffuse BSDF"]
+    tree.links.new(coords, cells.inputs["Vector"])
+    tree.links.new(cells.outputs["Distance"], inside.inputs[0])
+    tree.links.new(inside.outputs[0], mix.inputs["Fac"])
+    tree.links.new(clear.outputs[0], mix.inputs[1])
+    tree.links.new(diffuse.outputs[0], mix.inputs[2])
+    tree.links.new(mix.outputs[0], output.inputs["Surface"])
+    return material
+
+
 def make_emission(colour, strength):
     """A lamp's material. It is seen but lights nothing, which keeps the noise down."""
     material = bpy.data.materials.new("lamp")
