@@ -166,20 +166,31 @@ def test_straight_alpha_is_told(view, tmp_path):
     window.quit()
 
 
-def test_views_that_lie_elsewhere_are_told(view, tmp_path):
-    """As `rackfocus filter` tells it; of views that lie right nothing."""
-    for sign in (-1, 1):
+def test_views_that_do_not_fit_are_told(view, tmp_path):
+    """As `rackfocus filter` tells it: another place, another exposure; of right ones
+    nothing."""
+    other_place = "y of rackfocus:lensOffset had the other sign"
+    for sign, light, words in (
+        (-1, 1, other_place),
+        (1, 2, "is 2 times as bright as the other views"),
+        (1, 1, None),
+    ):
         paths = [
-            test_views_place.make(tmp_path / f"v{sign}{i}.exr", (x, y), (x, sign * y))
+            test_views_place.make(
+                tmp_path / f"v{sign}{light}{i}.exr",
+                (x, y),
+                (x, sign * y),
+                light=light if i == 2 else 1,
+            )
             for i, (x, y) in enumerate(test_views_place.PLACES)
         ]
         window = view(*paths)
-        if sign < 0:
-            said = window.wait_text("said")
-            assert "y of rackfocus:lensOffset had the other sign" in said
+        if words:
+            assert words in window.wait_text("said")
         else:
             window.wait_open()
-        assert ("elsewhere" in window.printed()) == (sign < 0)
+        said = window.printed()
+        assert ("elsewhere" in said, "bright" in said) == (sign < 0, light > 1), said
         window.quit()
 
 
