@@ -5,6 +5,8 @@
  * of light, so that their order does not matter; a pixel of the larger picture is nearly
  * always of one surface, whose depth is its own.
  */
+#include "filter/filter_shrink.h"
+
 #include <stdlib.h>
 #include <string.h>
 
@@ -47,9 +49,9 @@ static void average(const float *from, size_t stride, int n, int n_channels, flo
     }
 }
 
-static void shrink_box(struct image_box *box, int n)
+struct image_box filter_shrunk_box(const struct image_box *box, int n)
 {
-    *box = (struct image_box){.min_x = box->min_x / n,
+    return (struct image_box){.min_x = box->min_x / n,
                               .min_y = box->min_y / n,
                               .max_x = (box->max_x + 1) / n - 1,
                               .max_y = (box->max_y + 1) / n - 1};
@@ -79,7 +81,7 @@ int filter_shrink(struct run *run)
     free(row);
     source->width = width;
     source->height = height;
-    shrink_box(&source->info.data_window, n);
-    shrink_box(&source->info.display_window, n);
+    source->info.data_window = filter_shrunk_box(&source->info.data_window, n);
+    source->info.display_window = filter_shrunk_box(&source->info.display_window, n);
     return APP_DONE;
 }

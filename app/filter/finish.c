@@ -13,6 +13,7 @@
 #include "filter/filter_many.h"
 #include "filter/filter_output.h"
 #include "filter/filter_run.h"
+#include "filter/filter_shrink.h"
 #include "filter/finish_lens.h"
 #include "filter/finish_light.h"
 #include "filter/finish_mix.h"
@@ -71,16 +72,46 @@ static int check_size(const struct finish *f, const struct shown *other)
                : APP_FAILED;
 }
 
-/* Have passes the size of the own picture? Before they are filtered. */
+/* How many times as large passes are as the own picture; 0: no whole number. */
+static int32_t times_of(const struct finish *f, const struct source *source)
+{
+    const int32_t n = source->width / f->own.width;
+    return source->width == n * f->own.width && source->height == n * f->own.height ? n
+                                                                                    : 0;
+}
+
+static int refuse_size(struct finish *f, const char *guide, const struct source *source)
+{
+    const int32_t times = times_of(f, source), scale = f->tool->supersample;
+    const char *own = image_path(f->own.colour);
+    if (times > 1 && times <= FILTER_MOST_SUPERSAMPLE)
+        return app_fail(f->error, APP_FAILED,
+                        "%s: is %d times as large as %s; give --supersample %d for "
+                        "passes of supersampled pixels, or render both in one size",
+                        guide, times, own, times);
+    return app_fail(f->error, APP_FAILED,
+                    "%s: is %d x %d px and %s %d x %d, so that --supersample %d takes "
+                    "passes of %d x %d; render them so, or leave it out",
+                    guide, source->width, source->height, own, f->own.width,
+                    f->own.height, scale, scale * f->own.width, scale * f->own.height);
+}
+
+/* Have passes the size of the own picture, or as many times that as was asked? Before
+ * they are filtered. */
 static int check_passes(struct finish *f, char *const *guides)
 {
     const struct source_request request = {.paths = guides, .n_paths = 1};
     struct source source;
+    const int32_t scale = f->tool->supersample > 1 ? f->tool->supersample : 1;
     if (!source_open(&source, &request, f->error))
         return app_code_of(f->error);
+    const struct image_box window = filter_shrunk_box(&source.info.data_window, scale);
+    const struct shown passes = {guides[0], source.width / scale, source.height / scale,
+                                 &window};
+    const int32_t times = times_of(f, &source);
+    const bool is_told = times == scale || (times == 0 && scale == 1);
     const int code =
-        check_size(f, &(struct shown){guides[0], source.width, source.height,
-                                      &source.info.data_window});
+        is_told ? check_size(f, &passes) : refuse_size(f, guides[0], &source);
     source_close(&source);
     return code;
 }
@@ -119,6 +150,7 @@ static int filter_passes(struct finish *f, char *const *guides, int n, const cha
                                        .type = FILTER_TYPE_FLOAT,
                                        .denoise = true,
                                        .denoise_quality = f->tool->quality,
+                                       .supersample = f->tool->supersample,
                                        .n_threads = f->tool->n_threads,
                                        .host = f->tool->host};
     return filter_any(&how, f->settings, guides, n, f->error);
@@ -184,8 +216,12 @@ static int make_ours(struct finish *f, char *const *guides, int n)
     int code = find_passes(f, guides, n, &are_passes);
     if (code != APP_DONE)
         return code;
+    if (!are_passes && f->tool->supersample > 1)
+        code = app_warn(f->tool->host, f->error,
+                        "--supersample: has no effect: %s is a filtered picture",
+                        guides[0]);
     if (!are_passes)
-        return read_ours(f, guides[0], guides[0]);
+        return code == APP_DONE ? read_ours(f, guides[0], guides[0]) : code;
     code = check_passes(f, guides);
     if (code != APP_DONE)
         return code;

@@ -22,6 +22,9 @@ struct finish_options {
     int32_t type; /* as in struct filter_options, as the next */
     int32_t png_bits;
     int32_t quality; /* enum denoise_quality */
+    /* The passes are so many times as large as `own`, as in struct filter_options; 0: they
+     * are as large. */
+    int32_t supersample;
     int32_t n_threads;
     const struct app_host *host;
 };

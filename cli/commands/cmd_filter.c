@@ -15,6 +15,7 @@
 #include "filter/filter_many.h"
 #include "filter/filter_output.h"
 #include "filter/filter_run.h"
+#include "filter/filter_shrink.h"
 #include "filter/seen.h"
 #include "filter/temporal.h"
 #include "sequence/sequence.h"
@@ -118,7 +119,7 @@ static const struct option options[] = {
                     "library's folder where the system does not find it."),
     OPTION_DENOISE_QUALITY_ROW(AT(denoise_quality)),
     OPTION_GUIDE_FILE_ROWS(AT(albedo_file), AT(normal_file)),
-    OPTION_INT_ROW("supersample", AT(supersample), "N", 1, 16,
+    OPTION_INT_ROW("supersample", AT(supersample), "N", 1, FILTER_MOST_SUPERSAMPLE,
                    "The input was rendered at N times the size, with an N^2-th of the "
                    "samples: each N x N pixels of the result become one. [default 1]"),
     OPTION_FLAG_ROW("over", AT(is_over),

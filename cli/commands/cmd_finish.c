@@ -6,6 +6,7 @@
 #include "console/progress.h"
 #include "denoise/denoise.h"
 #include "filter/filter_run.h"
+#include "filter/filter_shrink.h"
 #include "filter/finish.h"
 #include "sources/picture.h"
 #include "sources/settings.h"
@@ -33,6 +34,9 @@ static const struct option options[] = {
                     "clipping to [0, 1] and gamma 2.2 (channel Y, float)."),
     OPTION_GUIDE_FILE_ROWS(AT(albedo_file), AT(normal_file)),
     OPTION_DENOISE_QUALITY_ROW(AT(quality)),
+    OPTION_INT_ROW("supersample", AT(supersample), "N", 1, FILTER_MOST_SUPERSAMPLE,
+                   "The passes were rendered at N times the size of OWN.exr, with an "
+                   "N^2-th of the samples, as for filter. [default 1]"),
     OPTION_CHOICE_ROW("type", AT(type), "TYPE", "half|float",
                       "Samples of the EXR file: half or float. [default half]"),
     OPTION_CHOICE_ROW("png-bits", AT(png_bits), "BITS", "8|16",
@@ -58,6 +62,8 @@ static bool check_usage(const struct options *all, const struct operands *operan
         text = "finish takes its guides after OWN.exr or by --guide, not both";
     else if (tool->output_error && picture_kind(tool->output_error) != PICTURE_EXR)
         text = "--output-error is written as EXR; end its name in .exr";
+    else if (tool->supersample > 1 && !all->guide && operands->n == 1)
+        text = "--supersample is of passes, which come after OWN.exr";
     else if (tool->normal_file && !tool->albedo_file)
         text = "--normal-file goes with --albedo-file: the denoiser takes no normals "
                "alone";
@@ -116,6 +122,7 @@ const struct command command_finish = {
         "rackfocus finish own.exr passes.exr -o out.exr\n"
         "rackfocus finish own.exr passes_v*.exr -o out.exr --output-error e.exr\n"
         "rackfocus finish own_a.exr --half own_b.exr passes.exr -o out.exr\n"
+        "rackfocus finish own.exr twice_as_large_v*.exr --supersample 2 -o out.exr\n"
         "rackfocus finish own.exr --guide filtered.exr -o out.png",
     .options = options,
     .n_options = sizeof(options) / sizeof(options[0]),

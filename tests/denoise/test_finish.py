@@ -187,6 +187,37 @@ def test_passes_of_another_size_are_not_filtered_first(rackfocus, tmp_path):
     assert "30 x 20 px" in done.stderr and "render both in one size" in done.stderr
 
 
+def test_passes_of_supersampled_pixels(clean, tmp_path):
+    """They are a guide as filter makes it of them; another size is answered with N."""
+    header, lens = REFERENCES / "posts_pinhole.exr", tmp_path / "own.exr"
+    pixels, names = read(header)
+    part = pixels[60:180, 100:280]
+    twice = np.repeat(np.repeat(part, 2, 0), 2, 1)
+    write(lens, read(own("posts"))[0][60:180, 100:280], "RGB")
+    passes = write(tmp_path / "passes.exr", twice, names, header)
+    fast = ("--denoise-quality", "fast", "--type", "float")
+    optics = ("--focal-length-px", 2 * 666.667)
+    filtered, by_passes, by_filter = (tmp_path / f"{n}.exr" for n in "abc")
+    scale = ("--supersample", 2)
+    clean("filter", passes, "-o", filtered, *fast, *optics, *scale, "--denoise")
+    clean("finish", lens, passes, "-o", by_passes, *fast, *optics, *scale)
+    clean("finish", lens, filtered, "-o", by_filter, *fast)
+    assert np.array_equal(read(by_passes)[0], read(by_filter)[0])
+    said = clean("finish", lens, filtered, "-o", by_filter, *fast, *scale).stderr
+    assert "--supersample: has no effect" in said
+    for words, text in (
+        ((passes,), "is 2 times as large as"),
+        ((passes, "--supersample", 3), "give --supersample 2"),
+        ((header, *scale), "takes passes of 360 x 240"),
+        ((lens, "--supersample", 1), ""),
+    ):
+        code = 1 if text else 0
+        done = clean("finish", lens, *words, "-o", by_filter, *fast, code=code)
+        assert text in done.stderr, words
+    done = clean("finish", lens, *scale, "-o", by_filter, code=2)
+    assert "--supersample is of passes" in done.stderr
+
+
 def test_pictures_of_another_place(rackfocus, tmp_path):
     """Of one size: each pixel would be cleaned by another, without a word."""
     rng = np.random.default_rng(5)
