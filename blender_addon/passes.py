@@ -31,6 +31,7 @@ except ImportError:  # Windows
 
 SHARED_MEMORY = "/dev/shm"
 FOLDER, LOCK = "rack_focus_", "lock"
+TRIES = 10  # to make a folder
 WITHOUT_LOCK_S = 600.0  # a folder without a lock lives for milliseconds
 SAVE_S = 20.0  # that the main thread may take until it comes to saving
 SAVE_ERROR = b"Error: Image 'Render Result' could not be saved"
@@ -160,38 +161,55 @@ def _lock(file):
         msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
 
 
+def _locked_folder(parent):
+    """(a new folder, what holds it): the open file in it is locked, and both go after.
+
+    Another Blender may take the folder for that of a dead one before the file is locked,
+    and remove it: then there is another one.
+    """
+    for _ in range(TRIES):
+        folder = Path(tempfile.mkdtemp(prefix=f"{FOLDER}{os.getpid()}_", dir=parent))
+        with contextlib.ExitStack() as held:  # Windows removes no file that is open
+            held.callback(shutil.rmtree, folder, ignore_errors=True)
+            lock = held.enter_context(open(folder / LOCK, "w"))
+            with contextlib.suppress(OSError):
+                _lock(lock)
+                if (folder / LOCK).exists():
+                    return folder, held.pop_all()
+    raise OSError(f"{parent}: no file can be locked there")
+
+
 @contextlib.contextmanager
 def own_folder(parent):
     """A folder for a while. Its locked file tells that its Blender is alive."""
-    folder = Path(tempfile.mkdtemp(prefix=f"{FOLDER}{os.getpid()}_", dir=parent))
-    try:
-        with open(folder / LOCK, "w") as lock:
-            _lock(lock)
-            yield folder
-    finally:  # Windows removes no file that is open
-        shutil.rmtree(folder, ignore_errors=True)
+    folder, held = _locked_folder(parent)
+    with held:
+        yield folder
 
 
-def _is_dead(folder):
-    """Has the Blender that made a folder ended? False where that cannot be told."""
+def _remove_if_dead(folder):
+    """Removes a folder whose Blender has ended; not where that cannot be told."""
     try:
         if hasattr(os, "getuid") and folder.stat().st_uid != os.getuid():
-            return False
+            return
         with open(folder / LOCK) as lock:
             _lock(lock)
-        return True
+            # With the lock: who is just making the folder sees that it is gone.
+            shutil.rmtree(folder, ignore_errors=True)
     except FileNotFoundError:  # just being made, or of a version without locks
-        return time.time() - folder.stat().st_mtime > WITHOUT_LOCK_S
+        if time.time() - folder.stat().st_mtime < WITHOUT_LOCK_S:
+            return
     except OSError:
-        return False
+        return
+    shutil.rmtree(folder, ignore_errors=True)
 
 
 def clear_dead_folders(parent=SHARED_MEMORY):
     """Removes what Blenders that were killed left in the memory file system."""
     for folder in Path(parent).glob(f"{FOLDER}*"):
         with contextlib.suppress(FileNotFoundError):
-            if folder.is_dir() and not folder.is_symlink() and _is_dead(folder):
-                shutil.rmtree(folder, ignore_errors=True)
+            if folder.is_dir() and not folder.is_symlink():
+                _remove_if_dead(folder)
 
 
 class RenderedPasses:

@@ -17,6 +17,12 @@ SLOW = ["--focus-distance", "6", "--lens-radius", "9", "--focal-length-px", "600
         "--method", "scatter"]  # fmt: skip
 
 
+@pytest.fixture(autouse=True)
+def is_a_terminal(monkeypatch):
+    """Where a farm runs the tests, TERM may be missing."""
+    monkeypatch.setenv("TERM", "xterm")
+
+
 @pytest.fixture
 def big_scene(scene):
     return scene(size=(1400, 900))

@@ -374,9 +374,9 @@ def test_bad_usage(rackfocus, arguments, code, words):
     [
         ("+W80 W160", "'W160' is no option of POV-Ray"),
         ("small w160", "'w160' is no option of POV-Ray"),
-        ("lost.ini", "'lost.ini' is no option of POV-Ray and no initialisation file"),
+        ("lost.ini", "names the initialisation file lost.ini, which is not there"),
         ("macro", "'macro' is no option"),  # a scene has its ending
-        ("lost.ini[a]", "'lost.ini[a]' is no option"),
+        ("lost.ini[a]", "names the initialisation file lost.ini, which is not there"),
         ("macro.pov small.ini[a] +Wx", "POV-Ray cannot read one of its options, or"),
         ("+Wx", "POV-Ray cannot read one of its options, or"),
     ],

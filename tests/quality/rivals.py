@@ -14,7 +14,8 @@ the command takes after the render, against references/ of
     1, 2, 4, 8    so many views of N samples in all, raw / with --denoise
     ss 1, 4, 8    the same of twice the size with a quarter of the samples each
     finish 4, 8   so many views of N/2 samples in all and N/2 samples of the own lens
-    finish +1 +8  passes of 64 samples that are there anyway, N of the own lens on top
+    finish +1 +8  passes of 64 samples that are there anyway, N of the own lens on top;
+                  +ss 8: views of twice the size
 
 Scenes held out, on which nothing is tuned: bar and street. Fur, snow and cards are thin
 things at all depths.
@@ -135,6 +136,9 @@ class Bench:
         for n in (1, 8):
             views = self.passes(scene, 64, n)
             figures[f"finish +{n}"] = self.score(scene, "finish", own, *views)
+        views = self.passes(scene, 64, 8, scale=SCALE)
+        words = ("finish", own, *views, "--supersample", SCALE)
+        figures["finish +ss 8"] = self.score(scene, *words)
         return figures
 
 

@@ -760,4 +760,26 @@ def lights_whose_depth_is_not_known():
     assert not describe(scene, scene.camera)
 
 
+@check
+def a_folder_being_made_is_none_of_a_dead_blender():
+    """Another Blender looks at it between the making of its file and the lock."""
+    passes, parent = addon("passes"), OUT / "being_made"
+    shutil.rmtree(parent, ignore_errors=True)
+    parent.mkdir()
+    lock, judged = passes._lock, []
+
+    def late(file):
+        passes._lock = lock
+        judged.append(Path(file.name).parent)
+        passes.clear_dead_folders(parent)
+        lock(file)
+
+    passes._lock = late
+    with passes.own_folder(parent) as alive:
+        assert judged and alive not in judged
+        passes.clear_dead_folders(parent)
+        assert list(parent.iterdir()) == [alive]
+    assert not list(parent.iterdir())
+
+
 checking.run(check, "file_results.json")
