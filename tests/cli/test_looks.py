@@ -281,13 +281,6 @@ def test_accumulate_says_a_threshold_without_a_gain(rackfocus, scene, tmp_path):
     assert "no effect" not in rackfocus(*words, "--highlight-gain", "2").stderr
 
 
-def test_accumulate_says_a_view_that_is_given_twice(rackfocus, scene, tmp_path):
-    paths, out = (scene(name="v1.exr"), scene(name="v2.exr")), tmp_path / "o.exr"
-    assert rackfocus("accumulate", *paths, "-o", out).stderr == ""
-    said = rackfocus("accumulate", *paths, paths[0], "-o", out).stderr
-    assert f"{paths[0]}: is given twice, and counts twice" in said
-
-
 def test_accumulate_takes_of_a_look_what_a_mean_can_have(
     rackfocus, scene, tmp_path, monkeypatch
 ):

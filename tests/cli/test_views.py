@@ -403,3 +403,10 @@ def test_a_view_that_is_given_twice_is_said(rackfocus, views, tmp_path):
     done = rackfocus("filter", *paths, again, "-o", out)
     assert f"{again}: is given twice, as two views; name each view once" in done.stderr
     assert "twice" not in rackfocus("filter", *paths, "-o", out).stderr
+
+
+def test_accumulate_says_a_view_that_is_given_twice(rackfocus, scene, tmp_path):
+    paths, out = (scene(name="v1.exr"), scene(name="v2.exr")), tmp_path / "o.exr"
+    assert rackfocus("accumulate", *paths, "-o", out).stderr == ""
+    said = rackfocus("accumulate", *paths, paths[0], "-o", out).stderr
+    assert f"{paths[0]}: is given twice, and counts twice" in said

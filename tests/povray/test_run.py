@@ -540,18 +540,7 @@ def run_with_faults(binary, folder, *, is_deaf=False, **faults):
     private.mkdir(exist_ok=True)
     (folder / "s.pov").write_text(SCENE)
     environment = {name: str(int(k)) for name, k in faults.items()}
-    command = [
-        binary,
-        "povray",
-        "s.pov",
-        "-o",
-        "o.exr",
-        "-q",
-        "--",
-        "+W32",
-        "+H24",
-        "-A",
-    ]
+    command = [binary, *"povray s.pov -o o.exr -q -- +W32 +H24 -A".split()]
     with subprocess.Popen(
         command, cwd=folder, text=True, errors="replace",
         stdout=subprocess.PIPE, stderr=subprocess.PIPE,
