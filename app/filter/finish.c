@@ -151,6 +151,9 @@ static int filter_passes(struct finish *f, char *const *guides, int n, const cha
                                        .denoise = true,
                                        .denoise_quality = f->tool->quality,
                                        .supersample = f->tool->supersample,
+                                       .pixel_filter = f->tool->pixel_filter,
+                                       .pixel_filter_width =
+                                           f->tool->pixel_filter_width,
                                        .n_threads = f->tool->n_threads,
                                        .host = f->tool->host};
     return filter_any(&how, f->settings, guides, n, f->error);

@@ -25,6 +25,8 @@ struct finish_options {
     /* The passes are so many times as large as `own`, as in struct filter_options; 0: they
      * are as large. */
     int32_t supersample;
+    int32_t pixel_filter; /* of them, likewise, as the next */
+    double pixel_filter_width;
     int32_t n_threads;
     const struct app_host *host;
 };

@@ -121,7 +121,8 @@ static const struct option options[] = {
     OPTION_GUIDE_FILE_ROWS(AT(albedo_file), AT(normal_file)),
     OPTION_INT_ROW("supersample", AT(supersample), "N", 1, FILTER_MOST_SUPERSAMPLE,
                    "The input was rendered at N times the size, with an N^2-th of the "
-                   "samples: each N x N pixels of the result become one. [default 1]"),
+                   "samples, and the result has an N-th of its size. [default 1]"),
+    OPTION_PIXEL_FILTER_ROWS(AT(pixel_filter), AT(pixel_filter_width)),
     OPTION_FLAG_ROW("over", AT(is_over),
                     "The inputs are layers: filter each with its own depth and put "
                     "them over each other, the first on top."),
@@ -219,6 +220,10 @@ static bool check_usage(const struct filter_options *tool,
         return false;
     if (operands->n > RF_MAX_VIEWS)
         return fail_usage("filter takes 64 views at most");
+    const char *pixels =
+        options_refuse_pixel_filter(operands, tool->supersample, tool->pixel_filter);
+    if (pixels)
+        return fail_usage(pixels);
     if (tool->denoise_quality != DENOISE_HIGH && !tool->denoise)
         return fail_usage("--denoise-quality goes with --denoise");
     if ((tool->albedo_file || tool->normal_file) && !tool->denoise)

@@ -37,6 +37,7 @@ static const struct option options[] = {
     OPTION_INT_ROW("supersample", AT(supersample), "N", 1, FILTER_MOST_SUPERSAMPLE,
                    "The passes were rendered at N times the size of OWN.exr, with an "
                    "N^2-th of the samples, as for filter. [default 1]"),
+    OPTION_PIXEL_FILTER_ROWS(AT(pixel_filter), AT(pixel_filter_width)),
     OPTION_CHOICE_ROW("type", AT(type), "TYPE", "half|float",
                       "Samples of the EXR file: half or float. [default half]"),
     OPTION_CHOICE_ROW("png-bits", AT(png_bits), "BITS", "8|16",
@@ -52,6 +53,8 @@ static bool check_usage(const struct options *all, const struct operands *operan
     const struct finish_options *tool = &all->finish;
     struct image_error error;
     const char *text = NULL;
+    const char *pixels =
+        options_refuse_pixel_filter(operands, tool->supersample, tool->pixel_filter);
     if (operands->n == 0)
         text = "finish needs a picture that was rendered with the lens, OWN.exr";
     else if (!tool->output)
@@ -64,6 +67,8 @@ static bool check_usage(const struct options *all, const struct operands *operan
         text = "--output-error is written as EXR; end its name in .exr";
     else if (tool->supersample > 1 && !all->guide && operands->n == 1)
         text = "--supersample is of passes, which come after OWN.exr";
+    else if (pixels)
+        text = pixels;
     else if (tool->normal_file && !tool->albedo_file)
         text = "--normal-file goes with --albedo-file: the denoiser takes no normals "
                "alone";

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "console/cli.h"
+#include "filter/filter_shrink.h"
 #include "console/help.h"
 #include "file.h"
 #include "sources/settings.h"
@@ -383,6 +384,18 @@ int options_warn_twice(const struct operands *operands)
             "out",
             operands->twice, operands->counts, operands->dropped);
     return is_strict ? EXIT_USAGE : OPTIONS_GO_ON;
+}
+
+const char *options_refuse_pixel_filter(const struct operands *operands,
+                                        int32_t supersample, int32_t kind)
+{
+    const bool has_width = options_given(operands, "pixel-filter-width");
+    if (supersample < 2 && (has_width || options_given(operands, "pixel-filter")))
+        return "--pixel-filter and --pixel-filter-width go with --supersample";
+    if (kind == FILTER_PIXELS_BOX && has_width)
+        return "--pixel-filter box is the mean of N x N pixels, without a width; leave "
+               "out --pixel-filter-width";
+    return NULL;
 }
 
 int options_parse(const struct command *command, int argc, char **argv, void *values,

@@ -60,6 +60,11 @@ int options_warn_twice(const struct operands *operands);
 
 void operands_free(struct operands *operands);
 
+/* Why OPTION_PIXEL_FILTER_ROWS' options do not go with the others, or NULL. `kind` is an
+ * enum filter_pixels. */
+const char *options_refuse_pixel_filter(const struct operands *operands,
+                                        int32_t supersample, int32_t kind);
+
 /* The candidate most like `name`, or NULL where none is near. */
 const char *nearest_name(const char *name, const char *const *candidates, size_t n);
 
@@ -129,6 +134,16 @@ const char *nearest_name(const char *name, const char *const *candidates, size_t
                       "Of Open Image Denoise's filters, as in Cycles: high, balanced " \
                       "or fast; they take about 1, 0.5 and 0.4 of the time. "          \
                       "[default high]")
+#define OPTION_PIXEL_FILTER_ROWS(at, at_width)                                         \
+    OPTION_CHOICE_ROW("pixel-filter", at, "KIND", FILTER_PIXELS_CHOICES,               \
+                      "With --supersample: the renderer's pixel filter, which the "    \
+                      "picture gets as if it was rendered in its size: "               \
+                      "blackman-harris, gaussian, or box, the mean of N x N pixels. "  \
+                      "[default blackman-harris]"),                                    \
+        OPTION_NUMBER_ROW("pixel-filter-width", at_width, "PX", 0.01,                  \
+                          FILTER_MOST_PIXELS_WIDTH,                                    \
+                          "Its width in pixels of the passes, as Cycles names it: "    \
+                          "half of the whole. [default 1.5]")
 #define OPTION_GUIDE_FILE_ROWS(at_albedo, at_normal)                                   \
     OPTION_FILE_ROW("albedo-file", at_albedo, "FILE.exr",                              \
                     "The albedo for the denoiser, where it is a file of its own."),    \

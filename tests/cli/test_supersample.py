@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import OpenImageIO as oiio
+import pytest
 
 REFERENCES = Path(__file__).resolve().parents[1] / "quality/references"
 POSTS = REFERENCES / "posts_pinhole.exr"
@@ -46,7 +47,8 @@ def test_the_picture_is_the_mean_of_the_larger_one(rackfocus, tmp_path):
     large, small = tmp_path / "large.exr", tmp_path / "small.exr"
     passes = doubled(tmp_path / "in.exr")
     rackfocus("filter", passes, "-o", large, "--type", "float")
-    rackfocus("filter", passes, "-o", small, "--type", "float", "--supersample", 2)
+    options = ["--supersample", 2, "--pixel-filter", "box"]
+    rackfocus("filter", passes, "-o", small, "--type", "float", *options)
     whole, part = read(large)[0], read(small)
     height, width, n = part[0].shape
     mean = whole.reshape(height, 2, width, 2, n).mean((1, 3))
@@ -61,7 +63,8 @@ def test_it_is_the_picture_of_the_asked_size(rackfocus, tmp_path):
     once, twice = tmp_path / "once.exr", tmp_path / "twice.exr"
     rackfocus("filter", POSTS, "-o", once, "--type", "float")
     passes = doubled(tmp_path / "in.exr")
-    rackfocus("filter", passes, "-o", twice, "--type", "float", "--supersample", 2)
+    options = ["--supersample", 2, "--pixel-filter", "box"]
+    rackfocus("filter", passes, "-o", twice, "--type", "float", *options)
     done = rackfocus("compare", twice, once)
     assert float(done.stdout.split()[-2]) > 38
 
@@ -78,7 +81,90 @@ def test_says_what_does_not_go(rackfocus, tmp_path):
     passes = doubled(tmp_path / "in.exr", window=(1, 0))
     done = rackfocus("filter", passes, "-o", out, "--supersample", 2, code=1)
     assert "(1, 0)" in done.stderr
+    for words, said in (
+        (["--pixel-filter", "gaussian"], "go with --supersample"),
+        (["--pixel-filter-width", 2], "go with --supersample"),
+        (
+            ["--supersample", 2, "--pixel-filter", "box", "--pixel-filter-width", 2],
+            "leave out --pixel-filter-width",
+        ),
+    ):
+        assert said in rackfocus("filter", POSTS, "-o", out, *words, code=2).stderr
+        words = ["finish", POSTS, POSTS, "-o", out, *words]
+        assert said in rackfocus(*words, code=2).stderr
     assert not out.exists()
+
+
+# ---- the renderer's pixel filter ---------------------------------------------------
+
+
+def blackman_harris(x, width):
+    """Cycles' pixel filter, x and width in px."""
+    a = np.pi * x / width
+    terms = 0.35875, 0.48829, 0.14128, 0.01168
+    f = sum(term * np.cos(k * a) for k, term in enumerate(terms))
+    return np.where(np.abs(x) < width, f, 0)
+
+
+def gaussian(x, width):
+    return np.where(np.abs(x) < 1.5 * width, np.exp(-8 * (x / width) ** 2), 0)
+
+
+def edge(function, width, at):
+    """Of a step from 0 to 1 at 0 that a renderer filters, in pixels at `at`."""
+    x = np.linspace(-6, 6, 24001)
+    f = function(x, width)
+    return np.interp(at, x, np.cumsum(f) / f.sum())
+
+
+@pytest.mark.parametrize(
+    "n, kind, width, most",
+    [
+        (2, None, None, 0.010),
+        (3, "blackman-harris", None, 0.005),
+        (2, "blackman-harris", 2, 0.004),
+        (4, "gaussian", 1.5, 0.008),
+    ],
+)
+@pytest.mark.parametrize("is_upright", [True, False])
+def test_an_edge_in_focus_is_the_renderers(
+    rackfocus, tmp_path, n, kind, width, most, is_upright
+):
+    """Passes whose pixels have the filter come out as if it was of the asked size."""
+    function, usual = (gaussian if kind == "gaussian" else blackman_harris), 1.5
+    place = 10.3  # px of the asked size, so that no pixel lies on the edge
+    shown = np.zeros((24 * n, 24 * n, 4), np.float32)
+    at = np.arange(24 * n) + 0.5 - place * n
+    shown[:, :, :3] = edge(function, width or usual, at)[None, :, None]
+    shown[:, :, 3] = 2
+    if not is_upright:
+        shown = shown.swapaxes(0, 1)
+    passes = write(tmp_path / "in.exr", shown, "RGBZ")
+    words = ["--supersample", n, "--focus-distance", 2, "--lens-radius", 0.01]
+    words += ["--focal-length-px", 24 * n, "--type", "float"]
+    words += ["--pixel-filter", kind] if kind else []
+    words += ["--pixel-filter-width", width] if width else []
+    rackfocus("filter", passes, "-o", tmp_path / "out.exr", *words)
+    made = read(tmp_path / "out.exr")[0][:, :, 0]
+    made = made if is_upright else made.T
+    right = edge(function, width or usual, np.arange(24) + 0.5 - place)
+    assert np.abs(made - right).max() < most
+
+
+def test_even_light_stays_as_it_is(rackfocus, tmp_path):
+    """Weights sum to one exactly, at the borders too."""
+    shown = np.full((30, 42, 4), 0.7, np.float32)
+    shown[:, :, 3] = 2
+    passes = write(tmp_path / "in.exr", shown, "RGBZ")
+    words = ["--focus-distance", 2, "--lens-radius", 0.01, "--focal-length-px", 42]
+    words += ["--type", "float"]
+    for n in (2, 3, 6):
+        for kind in ("blackman-harris", "gaussian", "box"):
+            options = ["--supersample", n, "--pixel-filter", kind]
+            rackfocus("filter", passes, "-o", tmp_path / "out.exr", *words, *options)
+            made = read(tmp_path / "out.exr")[0][:, :, :3]
+            assert made.shape[:2] == (30 // n, 42 // n)
+            assert np.abs(made - np.float32(0.7)).max() < 2e-7
 
 
 def test_views_are_merged_at_their_size(rackfocus, tmp_path):

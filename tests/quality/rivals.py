@@ -80,7 +80,8 @@ class Bench:
         folder = self.render(scene, kind, each, count, (*more, *larger))
         about = json.loads((folder / f"{scene}_{kind}.json").read_text())
         facts = camera_header(about["camera"])
-        facts["rackfocus:focalLengthPx"] *= scale
+        if "rackfocus:focalLengthPx" in facts:  # of an orthographic one: scene units
+            facts["rackfocus:focalLengthPx"] *= scale
         if count == 1:
             return [with_facts(folder / f"{scene}_pinhole.exr", facts)]
         plane = about.get("shear_distance", about["camera"]["focus"])
