@@ -29,7 +29,8 @@ def made(rackfocus, tmp_path):
 def test_shares_are_those_of_the_samples(made, passes):
     channels, ray = passes
     grey, z, _ = scene(FINE)
-    true = made(channels_of(grey, z), FINE, "--supersample", str(FINE))
+    mean = ("--supersample", str(FINE), "--pixel-filter", "box")
+    true = made(channels_of(grey, z), FINE, *mean)
     errors = [
         numpy.square(made(given) - true).mean()
         for given in (channels, channels | {"Denoising Depth.Z": ray})
