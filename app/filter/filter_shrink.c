@@ -7,10 +7,19 @@
  *
  * The renderer's own picture has its pixel filter in pixels of the picture, the passes
  * have the same in theirs, which are N times smaller. So N x N pixels are not averaged, but
- * weighed by a filter of that kind whose variance is what is missing, (1 - 1/N^2) of the
- * whole: two Blackman-Harris filters after each other are nearly one again. With 2 and
- * Cycles' 1.5 px the edge of what comes out is within 0.9 % of the renderer's, that of a
- * mean of 2 x 2 px within 5.9 %.
+ * weighed by a filter of that kind whose variance is what is missing:
+ *
+ *     missing, px^2 of the passes = N^2 V - V - S - P
+ *
+ * V is the variance of the renderer's filter in its pixels, on each axis. S is what the
+ * filter itself spreads: a pixel is blurred as a whole, 1/12, and rims of footprints are
+ * smoothed. It is there where there is blur alone, and seen most at the rims of lamps: 1/8
+ * is between what they and textures in focus like. P is for views whose pixels lie between
+ * those of others in the focus: 1/6 of placing them, and the disc of 0.5 px in place of V
+ * that the add-on's views of few samples have (docs/views.md).
+ *
+ * Worth of it against the mean of N x N px, whose edges in focus are 5.9 % off the
+ * renderer's: docs/notebook/rivals.md.
  */
 #include "filter/filter_shrink.h"
 
@@ -52,7 +61,7 @@ struct taps {
     int n;
 };
 
-/* The kinds, of x from -1 to 1, and how far they reach in widths as Cycles has them. */
+/* The kinds, of x from -1 to 1. */
 static double blackman_harris(double x)
 {
     const double a = acos(-1) * x;
@@ -66,34 +75,61 @@ static double gaussian(double x)
 
 static const struct {
     double (*at)(double x);
-    double reach;
-} KINDS[] = {[FILTER_PIXELS_BLACKMAN_HARRIS] = {blackman_harris, 1},
-             [FILTER_PIXELS_GAUSSIAN] = {gaussian, 1.5}};
+    double reach;    /* in widths as Cycles has them */
+    double variance; /* of x */
+} KINDS[] = {[FILTER_PIXELS_BLACKMAN_HARRIS] = {blackman_harris, 1, 0.0767371},
+             [FILTER_PIXELS_GAUSSIAN] = {gaussian, 1.5, 0.0277777}};
+
+static const double SPREAD = 1 / 8.0, PLACING = 1 / 6.0, DISC = 0.5 * 0.5 / 4;
+
+/* Does a plane off the focus, by more than this px of radius, stay in place in the views?
+ * Those of few samples have 1.5, others 0. */
+static bool are_moved(const struct run *run)
+{
+    static const double OFF_PX = 0.5;
+    const struct rf_lens *lens = rf_filter_lens(run->filter);
+    for (int i = 0; run->has_views && i < run->views.n; i++) {
+        const double plane = run->views.views[i].shear_distance;
+        if (fabs(rf_lens_radius_px(lens, plane > 0 ? plane : HUGE_VAL)) > OFF_PX)
+            return true;
+    }
+    return false;
+}
+
+/* How far the weights reach, px of the passes. */
+static double reach_of(const struct run *run)
+{
+    const int kind = run->tool->pixel_filter, n = run->tool->supersample;
+    const double given = run->tool->pixel_filter_width;
+    const double width = given > 0 ? given : FILTER_PIXELS_USUAL_WIDTH;
+    const double whole = width * width * KINDS[kind].reach * KINDS[kind].reach *
+                         KINDS[kind].variance;
+    const double passes = are_moved(run) ? DISC + PLACING : whole;
+    const double missing = fmax(n * n * whole - passes - SPREAD, 0);
+    return sqrt(missing / KINDS[kind].variance);
+}
 
 /*
  * Weights are multiples of 2^-16 that sum to 1: the C libraries' last bits differ, and
  * the picture's must not.
  */
-static struct taps shrink_taps(const struct filter_options *tool)
+static struct taps shrink_taps(const struct run *run)
 {
-    const int n = tool->supersample;
+    const int n = run->tool->supersample, kind = run->tool->pixel_filter;
     struct taps taps = {.n = n};
-    if (tool->pixel_filter == FILTER_PIXELS_BOX) {
+    if (kind == FILTER_PIXELS_BOX) {
         for (int i = 0; i < n; i++)
             taps.weights[i] = 1 / (float)n;
         return taps;
     }
-    const double width = tool->pixel_filter_width > 0 ? tool->pixel_filter_width
-                                                      : FILTER_PIXELS_USUAL_WIDTH;
-    const double missing = sqrt(1 - 1 / ((double)n * n)); /* share of the width */
-    const double reach = width * KINDS[tool->pixel_filter].reach * missing * n; /* px */
+    const double reach = reach_of(run);
     /* Pixels lie half a step off the middle of an even block. */
-    const double first = n % 2 ? floor(reach) : floor(reach + 0.5) - 0.5;
-    const double half = fmax(first, n % 2 ? 0 : 0.5);
+    const double last = n % 2 ? floor(reach) : floor(reach + 0.5) - 0.5;
+    const double half = fmax(last, n % 2 ? 0 : 0.5);
     double all[FILTER_MOST_TAPS], sum = 0;
     taps.n = (int)(2 * half) + 1;
     for (int i = 0; i < taps.n; i++) {
-        all[i] = KINDS[tool->pixel_filter].at(fmin(fabs(i - half) / reach, 1));
+        all[i] = KINDS[kind].at(reach > 0 ? fmin(fabs(i - half) / reach, 1) : 0);
         sum += all[i];
     }
     const double unit = 0x1p-16;
@@ -164,7 +200,7 @@ int filter_shrink(struct run *run)
     const size_t stride = (size_t)source->width * (size_t)n_channels;
     const int32_t width = source->width / n, height = source->height / n;
     const size_t n_row = (size_t)width * (size_t)n_channels;
-    const struct taps taps = shrink_taps(run->tool);
+    const struct taps taps = shrink_taps(run);
     float *ring = app_memory(n_row, (size_t)taps.n * sizeof(float), run->error);
     if (!ring)
         return APP_NO_MEMORY;
