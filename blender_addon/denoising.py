@@ -57,7 +57,9 @@ try:
         outs = [array("ours")]
         names = ("albedo", "normal")
         guides = {{name: array(name) for name in names}}
-        rackfocus.finish(array("own"), outs[0], outs[0], **guides, **given)
+        rackfocus.finish(
+            array("own"), outs[0], outs[0], check=False, **guides, **given
+        )
 except Exception as error:
     print(error, file=sys.stderr)
     sys.exit({FAILED})
@@ -108,7 +110,7 @@ def finish(own, ours, guides, quality="high"):
     path, is_own = library()
     if is_own:
         about = {"library": path, "quality": quality, "threads": preferences.threads()}
-        rackfocus.finish(own, ours, ours[..., :3], **guides, **about)
+        rackfocus.finish(own, ours, ours[..., :3], check=False, **guides, **about)
     else:
         given = {"own": own[..., :3], "ours": ours[..., :3], **guides}
         ours[..., :3] = _run_beside(path, given, {"places": [], "quality": quality})[0]

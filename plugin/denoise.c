@@ -7,6 +7,8 @@
 #include <string.h>
 
 #include "denoise/denoise.h"
+#include "filter/finish_lens.h"
+#include "filter/finish_light.h"
 #include "filter/finish_mix.h"
 #include "image.h"
 #include "sources/white.h"
@@ -21,7 +23,8 @@ struct finish {
     struct plugin_image opened[N_PICTURES];
     bool is_open[N_PICTURES];
     float *rgb[N_PICTURES];
-    float white; /* a power of two */
+    float white;     /* a power of two */
+    bool is_checked; /* is ours held against own? */
 };
 
 static int check_shape(const struct finish *f, int i)
@@ -102,43 +105,68 @@ int plugin_check_denoiser(struct plugin_denoiser *how, const char *quality)
 
 /* A run of it. */
 struct run {
-    struct finish *f;
+    struct finish_picture picture;
     const struct plugin_denoiser *how;
     struct image_error error;
     bool is_done;
+    char light[500], lens[500]; /* doubts of ours; "": none */
 };
+
+/* Without Python's lock. */
+static void find_doubts(void *data, const bool *stop)
+{
+    struct run *r = data;
+    r->picture.stop = stop;
+    if (!finish_light_is_other(&r->picture, names[OURS], r->light, sizeof(r->light)))
+        *r->light = 0;
+    if (!finish_lens_is_other(&r->picture, names[OURS], r->lens, sizeof(r->lens)))
+        *r->lens = 0;
+}
 
 /* Without Python's lock. */
 static void run(void *data, const bool *stop)
 {
     struct run *r = data;
-    struct finish *f = r->f;
     const struct plugin_denoiser *how = r->how;
-    struct image_error *error = &r->error;
-    const struct rf_image *own = &f->opened[OWN].image;
-    const struct finish_picture picture = {.own = f->rgb[OWN],
-                                           .ours = f->rgb[OURS],
-                                           .albedo = f->rgb[ALBEDO],
-                                           .normal = f->rgb[NORMAL],
-                                           .apart = f->rgb[HALF],
-                                           .estimate = f->rgb[ESTIMATE],
-                                           .width = own->width,
-                                           .height = own->height,
-                                           .white = f->white,
-                                           .name = names[OWN],
-                                           .stop = stop};
     struct denoiser *denoiser = denoiser_open(
-        how->library, (enum denoise_quality)how->quality, how->n_threads, error);
-    r->is_done = denoiser && finish_mix(denoiser, &picture, error);
+        how->library, (enum denoise_quality)how->quality, how->n_threads, &r->error);
+    r->picture.stop = stop;
+    r->is_done = denoiser && finish_mix(denoiser, &r->picture, &r->error);
     denoiser_close(denoiser);
+}
+
+static int warn(const struct module_state *state, const char *doubt)
+{
+    return *doubt
+               ? PyErr_WarnFormat(state->views_warning, 2, "%s: %s", names[OWN], doubt)
+               : 0;
+}
+
+/* Warns of a guide of another light or lens, as the command does. */
+static int warn_guide(const struct module_state *state, struct run *r)
+{
+    if (plugin_run_aside(find_doubts, r) < 0 || warn(state, r->light) < 0)
+        return -1;
+    return warn(state, r->lens);
 }
 
 /* Runs, copies the results back; -1 with an exception set. */
 static int finish(const struct module_state *state, struct finish *f,
                   const struct plugin_denoiser *how)
 {
-    struct run r = {.f = f, .how = how};
-    if (plugin_run_aside(run, &r) < 0)
+    const struct rf_image *own = &f->opened[OWN].image, *out = &f->opened[OUT].image;
+    struct run r = {.picture = {.own = f->rgb[OWN],
+                                .ours = f->rgb[OURS],
+                                .albedo = f->rgb[ALBEDO],
+                                .normal = f->rgb[NORMAL],
+                                .apart = f->rgb[HALF],
+                                .estimate = f->rgb[ESTIMATE],
+                                .width = own->width,
+                                .height = own->height,
+                                .white = f->white,
+                                .name = names[OWN]},
+                    .how = how};
+    if ((f->is_checked && warn_guide(state, &r) < 0) || plugin_run_aside(run, &r) < 0)
         return -1;
     if (!r.is_done && r.error.code == IMAGE_NO_MEMORY)
         PyErr_NoMemory();
@@ -147,7 +175,6 @@ static int finish(const struct module_state *state, struct finish *f,
     if (!r.is_done)
         return -1;
     /* Alpha is the own render's. */
-    const struct rf_image *own = &f->opened[OWN].image, *out = &f->opened[OUT].image;
     plugin_copy_pixels(out, 3, f->rgb[OURS], true);
     if (own->channels == 4 && out->channels == 4)
         for (int32_t y = 0; y < own->height; y++)
@@ -164,25 +191,27 @@ static int finish(const struct module_state *state, struct finish *f,
 
 PyObject *plugin_finish(PyObject *module, PyObject *args, PyObject *keywords)
 {
-    static char *keys[] = {"own",   "ours",    "out",     "albedo",  "normal", "half",
-                           "error", "library", "quality", "threads", "white",  NULL};
+    static char *keys[] = {"own",   "ours",  "out",     "albedo",  "normal",
+                           "half",  "error", "library", "quality", "threads",
+                           "white", "check", NULL};
     PyObject *objects[N_PICTURES] = {0};
     struct plugin_denoiser how = {0};
     const char *quality = "high";
     double white = 1;
+    int is_checked = 1;
     objects[ALBEDO] = objects[NORMAL] = objects[HALF] = objects[ESTIMATE] = Py_None;
-    if (!PyArg_ParseTupleAndKeywords(args, keywords, "OOO|OOOO$zsO&d:finish", keys,
-                                     &objects[OWN], &objects[OURS], &objects[OUT],
-                                     &objects[ALBEDO], &objects[NORMAL], &objects[HALF],
-                                     &objects[ESTIMATE], &how.library, &quality,
-                                     plugin_take_int, &how.n_threads, &white) ||
+    if (!PyArg_ParseTupleAndKeywords(
+            args, keywords, "OOO|OOOO$zsO&dp:finish", keys, &objects[OWN],
+            &objects[OURS], &objects[OUT], &objects[ALBEDO], &objects[NORMAL],
+            &objects[HALF], &objects[ESTIMATE], &how.library, &quality, plugin_take_int,
+            &how.n_threads, &white, &is_checked) ||
         plugin_check_denoiser(&how, quality) < 0)
         return NULL;
     if (!(white >= 1e-6 && white <= 1e6)) {
         plugin_fail("white", "must lie in 1e-6 to 1e6");
         return NULL;
     }
-    struct finish f = {.white = (float)white_round(white)};
+    struct finish f = {.white = (float)white_round(white), .is_checked = is_checked};
     int status = 0;
     for (int i = 0; i < N_PICTURES && status == 0; i++)
         status = open_picture(&f, i, objects[i]);

@@ -14,6 +14,7 @@
 #include "filter/filter_output.h"
 #include "filter/filter_run.h"
 #include "filter/filter_shrink.h"
+#include "filter/finish_headers.h"
 #include "filter/finish_lens.h"
 #include "filter/finish_light.h"
 #include "filter/finish_mix.h"
@@ -406,32 +407,19 @@ static int denoise_by_own(struct finish *f)
     return os_is_interrupted() ? APP_INTERRUPTED : APP_DONE;
 }
 
-/* A guide of another exposure, or with a tone curve, is contradicted everywhere. */
-static int warn_light(const struct finish *f, const struct finish_picture *picture)
+/* A guide of another exposure, with a tone curve or of another lens is contradicted
+ * everywhere, or where not all is in focus in both. */
+static int warn_guide(const struct finish *f, const struct finish_picture *picture)
 {
-    double times;
-    if (!finish_light_differs(picture, &times))
-        return APP_DONE;
-    return app_warn(f->tool->host, f->error,
-                    "%s: is %.3g times as bright as the guide in most places; render "
-                    "both with the same lights, layers and exposure and without a tone "
-                    "curve, else it may come out worse than without a guide",
-                    picture->name, times);
-}
-
-/* A guide of another lens is contradicted by all that is not in focus in both. */
-static int warn_lens(const struct finish *f, const struct finish_picture *picture)
-{
-    double share;
-    if (f->is_lens_told || !finish_lens_differs(picture, &share))
-        return APP_DONE;
-    return app_warn(
-        f->tool->host, f->error,
-        "%s: is blurred in another way than the guide in %.0f %% of what "
-        "has detail: by another focus or aperture, or it shows mirrors, "
-        "glass or motion that the guide does not; give the guide the lens "
-        "of the render, or leave it out, since it may come out worse with it",
-        picture->name, 100 * share);
+    static const char guide[] = "the guide";
+    char text[500];
+    int code = APP_DONE;
+    if (finish_light_is_other(picture, guide, text, sizeof(text)))
+        code = app_warn(f->tool->host, f->error, "%s: %s", picture->name, text);
+    if (code == APP_DONE && !f->is_lens_told &&
+        finish_lens_is_other(picture, guide, text, sizeof(text)))
+        code = app_warn(f->tool->host, f->error, "%s: %s", picture->name, text);
+    return code;
 }
 
 static int finish_by_ours(struct finish *f)
@@ -449,9 +437,7 @@ static int finish_by_ours(struct finish *f)
                                            .height = f->own.height,
                                            .white = f->white,
                                            .name = image_path(f->own.colour)};
-    int code = warn_light(f, &picture);
-    if (code == APP_DONE)
-        code = warn_lens(f, &picture);
+    const int code = warn_guide(f, &picture);
     if (code != APP_DONE)
         return code;
     if (!finish_mix(f->denoiser, &picture, f->error))

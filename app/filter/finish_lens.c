@@ -22,7 +22,6 @@
 #include <string.h>
 
 #include "common/luminance.h"
-#include "sources/settings.h"
 
 enum { SIDE = 24, FEWEST_SQUARES = 20 };
 
@@ -40,9 +39,6 @@ static const double LEAST_DETAIL = 0.01;
 static const double MOST_ERROR = 0.15, LEAST_OFF = 0.2, ERRORS = 3;
 
 static const double MOST_SHARE = 0.25;
-
-/* How far numbers of two headers may be apart: they are written with three digits. */
-static const double SAME = 0.01;
 
 static size_t n_pixels(const struct finish_picture *p)
 {
@@ -104,7 +100,8 @@ static bool look_at(const struct finish_picture *p, const float *x, const float 
     return deviation < MOST_ERROR;
 }
 
-bool finish_lens_differs(const struct finish_picture *p, double *share)
+bool finish_lens_is_other(const struct finish_picture *p, const char *guide, char *text,
+                          size_t n_bytes)
 {
     const size_t n = n_pixels(p);
     float *x = calloc(4 * n, sizeof(*x));
@@ -121,46 +118,12 @@ bool finish_lens_differs(const struct finish_picture *p, double *share)
             n_off += is_off;
         }
     free(x);
-    *share = (double)n_off / (double)(n_squares > 0 ? n_squares : 1);
-    return n_squares >= FEWEST_SQUARES && *share > MOST_SHARE;
-}
-
-/* What is told of a lens. */
-static const struct {
-    const char *key, *option, *name;
-} facts[] = {{"focus-distance", "--focus-distance ", "focus distance"},
-             {"f-stop", "--f-stop ", "f-stop"},
-             {"lens-radius", "--lens-radius ", "lens radius"}};
-
-bool finish_lens_made(const char *made, struct settings *settings)
-{
-    struct rf_error unread;
-    for (size_t i = 0; i < sizeof(facts) / sizeof(facts[0]); i++) {
-        const char *option = strstr(made, facts[i].option);
-        if (option &&
-            settings_set_header(settings, facts[i].key,
-                                strtod(option + strlen(facts[i].option), NULL),
-                                "rackfocus:filtered", &unread) != RF_OK)
-            return false;
-    }
-    return true;
-}
-
-bool finish_lens_headers_differ(const struct settings *own, const struct settings *ours,
-                                char *text, size_t n_text)
-{
-    for (size_t i = 0; i < sizeof(facts) / sizeof(facts[0]); i++) {
-        double a, b;
-        if (settings_origin(own, facts[i].key) != ORIGIN_HEADER ||
-            settings_origin(ours, facts[i].key) != ORIGIN_HEADER)
-            continue;
-        const struct rf_param_info *info = rf_param_find(facts[i].key);
-        memcpy(&a, (const char *)&own->params + info->offset, sizeof(a));
-        memcpy(&b, (const char *)&ours->params + info->offset, sizeof(b));
-        if (fabs(a - b) <= SAME * fmax(fabs(a), fabs(b)))
-            continue;
-        snprintf(text, n_text, "%s %.4g, and the guide has %.4g", facts[i].name, a, b);
-        return true;
-    }
-    return false;
+    const double share = (double)n_off / (double)(n_squares > 0 ? n_squares : 1);
+    snprintf(text, n_bytes,
+             "is blurred in another way than %s in %.0f %% of what has detail: by "
+             "another focus or aperture, or it shows mirrors, glass or motion that %s "
+             "does not; give %s the lens of the render, or do without it, since it may "
+             "come out worse with it",
+             guide, 100 * share, guide, guide);
+    return n_squares >= FEWEST_SQUARES && share > MOST_SHARE;
 }

@@ -7,18 +7,10 @@
 
 #include "filter/finish_mix.h"
 
-struct settings;
-
-/* Is much of what has detail in ours sharper or softer in the own picture? `share`: how
- * much of it. False without memory. */
-bool finish_lens_differs(const struct finish_picture *picture, double *share);
-
-/* Takes the lens from the options that a picture of ours was made with. False where they
- * are none. */
-bool finish_lens_made(const char *made, struct settings *settings);
-
-/* Do both headers give the lens, and is it another? `text` says which and how. */
-bool finish_lens_headers_differ(const struct settings *own, const struct settings *ours,
-                                char *text, size_t n_text);
+/* Is much of what has detail in ours, which is called `guide` (as "the guide"), sharper
+ * or softer in the own picture? `text` says how much of it and what to do, without the
+ * name of the own picture. False without memory. */
+bool finish_lens_is_other(const struct finish_picture *picture, const char *guide,
+                          char *text, size_t n_bytes);
 
 #endif

@@ -12,6 +12,7 @@
 #include "filter/finish_light.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 
 #include "common/luminance.h"
@@ -40,7 +41,8 @@ static double mean_of(const float *rgb, int32_t width, int32_t x, int32_t y)
     return sum / (SIDE * SIDE);
 }
 
-bool finish_light_differs(const struct finish_picture *p, double *times)
+bool finish_light_is_other(const struct finish_picture *p, const char *guide,
+                           char *text, size_t n_bytes)
 {
     const size_t n_most = (size_t)(p->width / SIDE) * (size_t)(p->height / SIDE);
     double *ratios = n_most >= FEWEST_SQUARES ? malloc(n_most * sizeof(*ratios)) : NULL;
@@ -58,6 +60,10 @@ bool finish_light_differs(const struct finish_picture *p, double *times)
     qsort(ratios, n, sizeof(*ratios), compare);
     const double middle = n >= FEWEST_SQUARES ? ratios[n / 2] : 0;
     free(ratios);
-    *times = exp(middle);
+    snprintf(text, n_bytes,
+             "is %.3g times as bright as %s in most places; render both with the same "
+             "lights, layers and exposure and without a tone curve, else it may come "
+             "out worse than without a guide",
+             exp(middle), guide);
     return fabs(middle) > LEAST_APART;
 }

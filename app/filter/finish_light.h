@@ -3,10 +3,14 @@
 #define APP_FINISH_LIGHT_H
 
 #include <stdbool.h>
+#include <stddef.h>
 
 #include "filter/finish_mix.h"
 
-/* Is most of the own picture clearly brighter or darker than ours? `times`: how much. */
-bool finish_light_differs(const struct finish_picture *picture, double *times);
+/* Is most of the own picture clearly brighter or darker than ours, which is called
+ * `guide` (as "the guide")? `text` says how much and what to do, without the name of the
+ * own picture. */
+bool finish_light_is_other(const struct finish_picture *picture, const char *guide,
+                           char *text, size_t n_bytes);
 
 #endif

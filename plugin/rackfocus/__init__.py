@@ -300,6 +300,7 @@ def finish(
     quality="high",
     threads=0,
     white=1.0,
+    check=True,
 ):
     """The host's own lens cleaned with our picture; returns the result.
 
@@ -319,6 +320,8 @@ def finish(
     quality: of its filters, "high", "balanced" or "fast", as Cycles names them.
     threads: of the denoiser; 0 takes all processors.
     white: luminance that is shown as white, to the nearest power of two.
+    check: warn (ViewsWarning) where ours has another lens or exposure than own, as the
+    command does; False does not look.
 
     Error where there is no Open Image Denoise.
     """
@@ -332,7 +335,7 @@ def finish(
         out = numpy.empty(numpy.shape(own), numpy.float32)
     more = (albedo, normal, half, error)
     given = {"library": library, "quality": quality, "threads": threads, "white": white}
-    _core.finish(own, ours, out, *more, **given)
+    _core.finish(own, ours, out, *more, **given, check=check)
     return out
 
 

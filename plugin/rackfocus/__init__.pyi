@@ -143,6 +143,7 @@ def finish(
     quality: str = "high",
     threads: int = 0,
     white: float = 1.0,
+    check: bool = True,
 ) -> Any: ...
 def lens_points(
     n: int, *, frame: int = 0, **params: Unpack[Parameters]

@@ -1,0 +1,19 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What the headers of the own picture and of the guide of finish say of their lenses. */
+#ifndef APP_FINISH_HEADERS_H
+#define APP_FINISH_HEADERS_H
+
+#include <stdbool.h>
+#include <stddef.h>
+
+struct settings;
+
+/* Takes the lens from the options that a picture of ours was made with. False where they
+ * are none. */
+bool finish_lens_made(const char *made, struct settings *settings);
+
+/* Do both headers give the lens, and is it another? `text` says which and how. */
+bool finish_lens_headers_differ(const struct settings *own, const struct settings *ours,
+                                char *text, size_t n_text);
+
+#endif
