@@ -105,6 +105,13 @@ static const char *why_useless(const struct run *run, const char *key)
     return NULL;
 }
 
+/* Is the picture that is made of the colour alone? */
+static bool makes_levels(const struct run *run)
+{
+    return rf_method_find(run->params.method)->has_blend &&
+           run->params.stage == RF_STAGE_LEVELS && !run->tool->output_coc;
+}
+
 /* Why nothing of this run reads a parameter; NULL: it does. */
 static const char *why_unread(const struct run *run, const struct rf_param_info *info)
 {
@@ -114,6 +121,11 @@ static const char *why_unread(const struct run *run, const struct rf_param_info 
     if (is_mean(run) && ((info->group == RF_GROUP_LENS && !has_lens_beside(run)) ||
                          info->group == RF_GROUP_APERTURE))
         return MEAN_HAS_LENS;
+    if (makes_levels(run) &&
+        (info->group == RF_GROUP_LENS || info->group == RF_GROUP_DEPTH ||
+         strcmp(info->key, "max-radius") == 0))
+        return "stage levels shows the levels of detail of the picture, whatever its "
+               "lens and depth are";
     return places_views(info->key) ? "read only where views are rendered, as by povray"
                                    : why_useless(run, info->key);
 }
@@ -168,7 +180,8 @@ int filter_warn_highlights(const struct run *run)
     bool is_asked = false;
     for (int i = 0; i < 2; i++)
         is_asked |= settings_origin(run->settings, keys[i]) == ORIGIN_COMMAND_LINE &&
-                    !is_default(&run->params, keys[i]);
+                    !is_default(&run->params, keys[i]) &&
+                    rf_param_is_read(&run->params, keys[i], NULL);
     /* Of a sequence some frames may have none. */
     if (!is_asked || run->windows || run->is_deep || run->has_views || !run->colour ||
         run->tool->kept)

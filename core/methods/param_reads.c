@@ -49,10 +49,45 @@ static const char *read_cells(const struct rf_params *p)
     return p->quality == RF_QUALITY_PREVIEW ? "not read with quality preview" : NULL;
 }
 
-static const char *read_blend(const struct rf_params *p)
+static const char *read_stage(const struct rf_params *p)
 {
     return method_of(p)->has_blend ? NULL
                                    : "read only by the preview methods, such as box";
+}
+
+/* Is it the levels of detail that are made, in place of the picture? */
+static bool shows_levels(const struct rf_params *p)
+{
+    return method_of(p)->has_blend && p->stage == RF_STAGE_LEVELS;
+}
+
+/* Are the weights of the blend made in place of the picture, so that no colour counts? */
+static bool shows_weights(const struct rf_params *p)
+{
+    return method_of(p)->has_blend &&
+           (p->stage == RF_STAGE_ALPHA || p->stage == RF_STAGE_SLICES);
+}
+
+static const char *read_blend(const struct rf_params *p)
+{
+    if (read_stage(p))
+        return read_stage(p);
+    return shows_levels(p) ? "not read with stage levels" : NULL;
+}
+
+/* Is the blur seen: of the picture, or of the weights where leaks are controlled? */
+static const char *read_blur(const struct rf_params *p)
+{
+    if (shows_levels(p))
+        return read_blend(p);
+    return shows_weights(p) && p->leak_control == RF_LEAK_NONE
+               ? "not read with stage alpha or slices without leak-control"
+               : NULL;
+}
+
+static const char *read_colour(const struct rf_params *p)
+{
+    return shows_weights(p) ? "not read with stage alpha or slices" : NULL;
 }
 
 static const char *read_several(const struct rf_params *p)
@@ -73,60 +108,74 @@ static const char *read_scatter(const struct rf_params *p)
     return read_by(p, RF_METHOD_SCATTER, "read only by the method scatter");
 }
 
+/* The same of the blur of a preview. */
+static const char *read_blur_by(const struct rf_params *p, enum rf_method method,
+                                const char *why_not)
+{
+    return p->method == (int32_t)method ? read_blur(p) : why_not;
+}
+
 static const char *read_box(const struct rf_params *p)
 {
-    return read_by(p, RF_METHOD_BOX, "read only by the method box");
+    return read_blur_by(p, RF_METHOD_BOX, "read only by the method box");
 }
 
 static const char *read_lowres(const struct rf_params *p)
 {
-    return read_by(p, RF_METHOD_LOWRES, "read only by the method lowres");
+    return read_blur_by(p, RF_METHOD_LOWRES, "read only by the method lowres");
 }
 
 static const char *read_mipmap(const struct rf_params *p)
 {
     return p->method == RF_METHOD_MIPMAP || p->method == RF_METHOD_MIPMAP_OFFSET
-               ? NULL
+               ? read_blur(p)
                : "read only by the methods mipmap and mipmap-offset";
 }
 
 static const char *read_offset(const struct rf_params *p)
 {
-    return read_by(p, RF_METHOD_OFFSET, "read only by the method offset");
+    return read_blur_by(p, RF_METHOD_OFFSET, "read only by the method offset");
 }
 
 static const char *read_recursive(const struct rf_params *p)
 {
-    return read_by(p, RF_METHOD_RECURSIVE_OFFSET,
-                   "read only by the method recursive-offset");
+    return read_blur_by(p, RF_METHOD_RECURSIVE_OFFSET,
+                        "read only by the method recursive-offset");
 }
 
 /* ---- blends ---------------------------------------------------------------------- */
 
+static const char *read_left_out(const struct rf_params *p)
+{
+    return read_blend(p) ? read_blend(p) : read_colour(p);
+}
+
 static const char *read_region(const struct rf_params *p)
 {
-    if (!method_of(p)->has_blend)
+    if (read_blend(p))
         return read_blend(p);
     return p->blend == RF_BLEND_REGION ? NULL : "read only with blend region";
 }
 
 static const char *read_slices(const struct rf_params *p)
 {
-    if (!method_of(p)->has_blend)
+    if (read_blend(p))
         return read_blend(p);
     return p->blend == RF_BLEND_SLICES ? NULL : "read only with blend slices";
 }
 
 static const char *read_copy(const struct rf_params *p)
 {
-    if (!method_of(p)->has_blend)
+    if (read_blend(p))
         return read_blend(p);
-    return p->blend != RF_BLEND_COC ? NULL : "read only with blend region or slices";
+    if (p->blend == RF_BLEND_REGION)
+        return read_blur(p);
+    return p->blend == RF_BLEND_SLICES ? NULL : "read only with blend region or slices";
 }
 
 static const char *read_product(const struct rf_params *p)
 {
-    if (!method_of(p)->has_blend)
+    if (read_blend(p))
         return read_blend(p);
     return p->leak_control == RF_LEAK_PRODUCT ? NULL
                                               : "read only with leak-control product";
@@ -279,6 +328,8 @@ static bool has_round_discs(const struct rf_params *p)
 {
     bool is_box =
         p->method == RF_METHOD_BOX && p->box_direction != RF_DIRECTION_HORIZONTAL;
+    if (read_blur(p))
+        return false;
     return method_of(p)->reads_aperture || p->method == RF_METHOD_SCATTER ||
            p->method == RF_METHOD_LOWRES || is_box;
 }
@@ -297,7 +348,7 @@ static const char *read_aspect(const struct rf_params *p)
 /* Whose shape the aperture group gives: the blur's, that of the points of the lens. */
 static bool has_shape(const struct rf_params *p)
 {
-    return method_of(p)->reads_aperture;
+    return method_of(p)->reads_aperture && !read_blur(p);
 }
 
 static bool has_shaped_points(const struct rf_params *p)
@@ -305,11 +356,15 @@ static bool has_shaped_points(const struct rf_params *p)
     return method_of(p)->max_views > 1 && p->lens_pattern != RF_LENS_PATTERN_CIRCLE;
 }
 
-static const char *const NO_APERTURE = "the method's blur has no shape but its own";
+static const char *why_no_shape(const struct rf_params *p)
+{
+    return method_of(p)->reads_aperture ? read_blur(p)
+                                        : "the method's blur has no shape but its own";
+}
 
 static const char *read_ratio(const struct rf_params *p)
 {
-    return has_shape(p) || method_of(p)->max_views > 1 ? NULL : NO_APERTURE;
+    return has_shape(p) || method_of(p)->max_views > 1 ? NULL : why_no_shape(p);
 }
 
 /* Do points take the shape that `aperture` names, and not that of their pattern? */
@@ -323,7 +378,7 @@ static const char *read_aperture(const struct rf_params *p)
 {
     if (has_shape(p) || points_follow_aperture(p))
         return NULL;
-    return method_of(p)->max_views > 1 ? "lens-pattern says it" : NO_APERTURE;
+    return method_of(p)->max_views > 1 ? "lens-pattern says it" : why_no_shape(p);
 }
 
 /* May the shape be a polygon, if there are blades? */
@@ -430,6 +485,8 @@ static const char *read_near(const struct rf_params *p)
 
 static const char *read_threshold(const struct rf_params *p)
 {
+    if (read_colour(p))
+        return read_colour(p);
     return p->highlight_gain != 1 || p->highlight_saturation != 1
                ? NULL
                : "read only with a highlight-gain or highlight-saturation other than 1";

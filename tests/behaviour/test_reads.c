@@ -46,6 +46,10 @@ static const char *const setups[] = {
     "tilt-x=5 lens-radius=0.1 focal-length-px=50",
     "split-diopter=0.3",
     "highlight-gain=3",
+    "stage=alpha highlight-gain=3",
+    "stage=alpha leak-control=product blend=region",
+    "stage=slices blend=slices leak-control=hint",
+    "stage=levels blend=slices leave-focus-out=true",
 };
 enum { N_SETUPS = sizeof setups / sizeof *setups };
 
@@ -224,6 +228,8 @@ static void check_setup(int method, const char *setup, struct seen seen[])
     struct rf_params p;
     base_params(&p, method);
     REQUIRE(apply_settings(&p, setup));
+    if (rf_params_check(&p, NULL) != RF_OK) /* levels of a method without them */
+        return;
     REQUIRE(find_output(&p, &out));
     for (size_t i = 0; i < n_rows; i++)
         is_unread[i] = !rf_param_is_read(&p, rows[i].key, NULL);
@@ -260,6 +266,44 @@ static void what_is_read_changes_something_and_nothing_else_does(void)
     }
 }
 
+/* What a stage has no use for, and what it has. */
+static void stages_read_little(void)
+{
+    static const struct {
+        enum rf_method method;
+        const char *setup, *key;
+        bool is_read;
+    } rows_of_stages[] = {
+        {RF_METHOD_BOX, "stage=alpha", "highlight-gain", false},
+        {RF_METHOD_BOX, "stage=alpha", "highlight-clamp", false},
+        {RF_METHOD_BOX, "stage=alpha highlight-gain=3", "highlight-threshold", false},
+        {RF_METHOD_BOX, "stage=alpha", "box-repeats", false},
+        {RF_METHOD_BOX, "stage=alpha leak-control=hint", "box-repeats", true},
+        {RF_METHOD_BOX, "stage=alpha", "leave-focus-out", false},
+        {RF_METHOD_BOX, "stage=alpha", "leak-control", true},
+        {RF_METHOD_BOX, "stage=alpha blend=region", "blur-radius", false},
+        {RF_METHOD_BOX, "stage=slices blend=slices", "blur-radius", true},
+        {RF_METHOD_OFFSET, "stage=slices blend=slices", "blades", false},
+        {RF_METHOD_OFFSET, "stage=slices leak-control=product", "blades", true},
+        {RF_METHOD_LAYERED, "stage=alpha", "highlight-gain", true},
+        {RF_METHOD_LAYERED, "stage=alpha", "stage", false},
+        {RF_METHOD_MIPMAP, "stage=levels", "stage", true},
+        {RF_METHOD_MIPMAP, "stage=levels", "highlight-gain", true},
+        {RF_METHOD_MIPMAP, "stage=levels", "mipmap-bias", false},
+        {RF_METHOD_MIPMAP, "stage=levels blend=slices", "slices", false},
+        {RF_METHOD_MIPMAP, "stage=levels", "blend", false},
+    };
+    for (size_t i = 0; i < sizeof rows_of_stages / sizeof *rows_of_stages; i++) {
+        struct rf_params p;
+        base_params(&p, rows_of_stages[i].method);
+        REQUIRE(apply_settings(&p, rows_of_stages[i].setup));
+        const bool is_read = rf_param_is_read(&p, rows_of_stages[i].key, NULL);
+        if (!testing_check(is_read == rows_of_stages[i].is_read, __FILE__, __LINE__,
+                           "read"))
+            printf("#     %s: %s\n", rows_of_stages[i].setup, rows_of_stages[i].key);
+    }
+}
+
 static void reasons_say_what_to_set(void)
 {
     struct rf_params p;
@@ -288,6 +332,7 @@ int main(int argc, char **argv)
     if (rf_context_create(&context, &own, NULL) != RF_OK)
         return 1;
     TEST(what_is_read_changes_something_and_nothing_else_does);
+    TEST(stages_read_little);
     TEST(reasons_say_what_to_set);
     rf_context_destroy(context);
     return testing_end();

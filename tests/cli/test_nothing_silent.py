@@ -67,6 +67,18 @@ def test_a_useless_option_is_named(run, scene, tmp_path, arguments):
     assert not (tmp_path / "out.exr").exists()
 
 
+def test_stages_say_what_they_do_not_show(run, scene):
+    alpha = ["--method", "box", "--stage", "alpha", "--blend", "region"]
+    said = run(scene(), *alpha, "--highlight-gain", "3", "--box-repeats", "2").stderr
+    assert no_effect("highlight-gain") in said and no_effect("box-repeats") in said
+    assert "--focus" not in said
+    levels = ["--method", "mipmap", "--stage", "levels"]
+    said = run(scene(), *levels, lens=["--focus-distance", "6"]).stderr
+    assert said == f"{no_effect('focus-distance')}stage levels shows the levels of " + (
+        "detail of the picture, whatever its lens and depth are\n"
+    )
+
+
 @pytest.mark.parametrize("name", ["type", "compression"])
 def test_options_of_exr_on_png(run, scene, name):
     value = {"type": "half", "compression": "zip"}[name]
