@@ -56,6 +56,14 @@ static void settle_looks(struct rf_params *params)
     params->barn_top = params->barn_bottom = 0;
 }
 
+/* The weights that stages of a preview show are no light, which the white scales. */
+static void settle_stage(struct rf_params *params)
+{
+    if (rf_method_find(params->method)->has_blend &&
+        (params->stage == RF_STAGE_ALPHA || params->stage == RF_STAGE_SLICES))
+        params->white = 1;
+}
+
 static void settle_params(struct rf_filter *f, const struct rf_params *params)
 {
     struct rf_frame *frame = &f->frame;
@@ -64,6 +72,7 @@ static void settle_params(struct rf_filter *f, const struct rf_params *params)
         frame->params.sub_apertures =
             rf_min_int(frame->params.sub_apertures, NORMAL_CELLS);
     settle_looks(&frame->params);
+    settle_stage(&frame->params);
     rf_shape_init(&frame->shape, &frame->params);
 }
 

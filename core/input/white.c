@@ -17,18 +17,9 @@
 #include "input/image.h"
 #include "rackfocus/rackfocus.h"
 
-/* Is it light that is made? The weights that stages of a preview show are none. */
-static bool makes_light(const struct rf_params *p)
-{
-    return !rf_method_find(p->method)->has_blend || p->stage == RF_STAGE_RESULT ||
-           p->stage == RF_STAGE_LEVELS;
-}
-
 static float scale_of(const struct rf_frame *frame)
 {
-    return makes_light(&frame->params)
-               ? (float)ldexp(1, -(int)lrint(log2(frame->params.white)))
-               : 1;
+    return (float)ldexp(1, -(int)lrint(log2(frame->params.white)));
 }
 
 /* What the threads share that scale a picture. Alpha stays. */
