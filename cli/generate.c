@@ -157,8 +157,8 @@ static const char header_text[] =
     "focal length in pixels gives way to --focal-length and --sensor-width "
     "likewise.\n\n"
     "A filtered picture carries rackfocus:filtered, the version and the parameters "
-    "that "
-    "made it.";
+    "that made it, and those attributes above that say another lens than the passes "
+    "had; the standard ones stay as they were.";
 
 void generate_man(void)
 {

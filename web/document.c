@@ -332,8 +332,10 @@ bool document_save(struct document *document, const char *path,
         return false;
     memcpy(copy, d->pixels, n * sizeof *copy);
     settings_print_options(&d->params, d->text, sizeof d->text);
-    const struct source_output how = {
-        .type = IMAGE_SAMPLE_HALF, .made = d->text, .n_threads = 1};
+    const struct source_output how = {.type = IMAGE_SAMPLE_HALF,
+                                      .made = d->text,
+                                      .settings = &d->settings,
+                                      .n_threads = 1};
     picture_clip_to_half(copy, n);
     const bool is_good = source_write_colour(&d->source, path, copy, &how, error);
     free(copy);

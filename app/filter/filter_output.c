@@ -80,15 +80,24 @@ static const char *const *dropped_of(const struct run *run)
     return run->tool->supersample > 1 ? all : all + 1;
 }
 
-/* Says which eye it is, where the header of the part does not. Counts what is there. */
-static int add_eye(const struct run *run, struct image_attribute *made)
+/* The distance of the plane that stays in place in the views of a mean; 0: none does. */
+static double shear_of(const struct run *run)
+{
+    return run->has_views ? run->views.views[0].shear_distance : 0;
+}
+
+/* What the header says of the lens, and which eye it is, where that of the part does
+ * not. A mean of views has theirs. */
+static void add_facts(const struct run *run, struct header_facts *facts)
 {
     const char *eye = eye_name(run);
-    if (!eye || run->source.info.view[0])
-        return 1;
-    made[1] = (struct image_attribute){
-        .name = "view", .type = IMAGE_ATTRIBUTE_STRING, .text = eye};
-    return 2;
+    if (eye && !run->source.info.view[0])
+        header_facts_add_text(facts, "view", eye);
+    if (run->settings->params.method == RF_METHOD_ACCUMULATE)
+        header_facts_add_focus(facts, shear_of(run));
+    else if (!run->is_of_own_lens)
+        header_facts_add_params(facts, run->settings, &run->source,
+                                run->tool->supersample > 1);
 }
 
 /* "v00.R" becomes "R", "ViewLayer.Combined.v00.R" "ViewLayer.Combined.R". */
@@ -110,8 +119,8 @@ void filter_drop_view(const struct run *run, struct source_description *to)
 {
     const char *view = view_name(run) ? view_name(run) : eye_name(run);
     to->output.dropped = dropped_of(run);
-    if (to->output.attributes)
-        to->output.n_attributes = add_eye(run, to->made);
+    add_facts(run, &to->facts);
+    to->output.n_attributes = to->facts.n;
     for (int i = 0; i < to->output.n_channels && view; i++) {
         char name[sizeof(to->own_names[i])];
         drop_view(to->own_names[i], view, name, sizeof(name));
@@ -189,8 +198,7 @@ static void name_channels(const struct run *run, int n_colours,
 /* Writes n_colours channels of run->colour and the other layers. `types` has room. */
 static bool write_channels(const struct run *run, int n_colours, const float *samples,
                            struct channel_names *names, enum image_sample_type *types,
-                           const struct image_attribute *filtered,
-                           struct image_error *error)
+                           const struct header_facts *facts, struct image_error *error)
 {
     const bool is_half = run->tool->type == FILTER_TYPE_HALF;
     const int n_all = n_colours + run->aovs.n;
@@ -199,10 +207,9 @@ static bool write_channels(const struct run *run, int n_colours, const float *sa
         types[i] = is_half ? IMAGE_SAMPLE_HALF : IMAGE_SAMPLE_FLOAT;
     struct image_output output =
         output_of(&run->source, n_all, names->all, types, samples);
-    struct image_attribute made[2] = {*filtered};
     output.compression = filter_compression(run);
-    output.attributes = made;
-    output.n_attributes = add_eye(run, made);
+    output.attributes = facts->items;
+    output.n_attributes = facts->n;
     output.dropped = dropped_of(run);
     output.like = run->source.colour;
     output.like_part = run->source.part;
@@ -211,7 +218,7 @@ static bool write_channels(const struct run *run, int n_colours, const float *sa
     return image_write(run->tool->output, &output, run->n_threads, error);
 }
 
-static bool write_exr(const struct run *run, const struct image_attribute *filtered,
+static bool write_exr(const struct run *run, const struct header_facts *facts,
                       struct image_error *error)
 {
     const struct source *source = &run->source;
@@ -230,8 +237,8 @@ static bool write_exr(const struct run *run, const struct image_attribute *filte
         is_good = picture_warn_clipped(run->tool->host, run->tool->output,
                                        picture_clip_to_half(samples, n_pixels * n_all),
                                        error) == APP_DONE;
-    is_good = is_good &&
-              write_channels(run, n_colours, samples, &names, types, filtered, error);
+    is_good =
+        is_good && write_channels(run, n_colours, samples, &names, types, facts, error);
     if (samples != run->colour)
         free(samples);
     free(names.all);
@@ -269,7 +276,7 @@ bool filter_write_flattened(const struct run *run, struct image_error *error)
     return is_written;
 }
 
-static bool write_coc(const struct run *run, const struct image_attribute *filtered,
+static bool write_coc(const struct run *run, const struct header_facts *facts,
                       struct image_error *error)
 {
     static const char *const name = "Y";
@@ -277,8 +284,8 @@ static bool write_coc(const struct run *run, const struct image_attribute *filte
     const struct source *source = &run->source;
     struct image_output output = output_of(source, 1, &name, &type, run->depth);
     output.compression = "zip";
-    output.attributes = filtered;
-    output.n_attributes = 1;
+    output.attributes = facts->items;
+    output.n_attributes = 1; /* what it was made with, as the first */
     return image_write(run->tool->output_coc, &output, run->n_threads, error);
 }
 
@@ -327,11 +334,11 @@ static int warn_of_primaries(const struct run *run, struct image_error *error)
               : APP_DONE;
 }
 
-static bool write_picture(const struct run *run, const struct image_attribute *filtered,
+static bool write_picture(const struct run *run, const struct header_facts *facts,
                           struct image_error *error)
 {
     if (picture_kind(run->tool->output) == PICTURE_EXR)
-        return write_exr(run, filtered, error);
+        return write_exr(run, facts, error);
     if (warn_of_unseen(run, error) != APP_DONE ||
         warn_of_primaries(run, error) != APP_DONE)
         return false;
@@ -351,17 +358,20 @@ bool filter_write_files(const struct run *run, struct image_error *error)
 {
     char text[4096];
     filter_describe(run, text, sizeof(text));
-    const struct image_attribute filtered = {
-        .name = "rackfocus:filtered", .type = IMAGE_ATTRIBUTE_STRING, .text = text};
-    return write_picture(run, &filtered, error) &&
-           (!run->tool->output_coc || write_coc(run, &filtered, error));
+    struct header_facts facts = {.n = 0};
+    header_facts_add_text(&facts, "rackfocus:filtered", text);
+    add_facts(run, &facts);
+    return write_picture(run, &facts, error) &&
+           (!run->tool->output_coc || write_coc(run, &facts, error));
 }
 
 bool filter_write(const struct filter_options *tool, struct settings *settings,
-                  const struct source *source, float *pixels, struct image_error *error)
+                  const struct source *source, bool is_of_own_lens, float *pixels,
+                  struct image_error *error)
 {
     const struct run run = {.tool = tool,
                             .settings = settings,
+                            .is_of_own_lens = is_of_own_lens,
                             .source = *source,
                             .colour = pixels,
                             .n_threads = thread_count(tool->n_threads)};

@@ -17,11 +17,12 @@ int filter_check_files(const struct filter_options *tool, char *const *paths,
 
 /*
  * Writes a filtered picture as filter_run does: windows, channel names and attributes
- * of `source`, and `settings` as what the filter did. `pixels` are those of
- * source_read_colour in layout; they may be changed.
+ * of `source`, and `settings` as what the filter did; with is_of_own_lens the lens is
+ * that of `source`. `pixels` are those of source_read_colour in layout; they may be
+ * changed.
  */
 bool filter_write(const struct filter_options *tool, struct settings *settings,
-                  const struct source *source, float *pixels,
+                  const struct source *source, bool is_of_own_lens, float *pixels,
                   struct image_error *error);
 
 #endif

@@ -25,6 +25,7 @@ struct run {
     int remark; /* APP_DONE, or an error that the core's remarks were to the host */
     struct settings *settings;
     struct rf_params params; /* for the data window: what was given is in settings */
+    bool is_of_own_lens; /* the picture was rendered with a lens: of what is written */
     struct source_request request;
     struct source source; /* of the first view where there are several */
     bool has_views;
@@ -198,7 +199,7 @@ int filter_shrink(struct run *run);
 /* ---- filter_output.c ------------------------------------------------------------- */
 
 /* Takes from a description what the lens's picture does not have: it is no view, and
- * has no name among others. */
+ * has no name among others. Adds what the header says of the lens. */
 void filter_drop_view(const struct run *run, struct source_description *to);
 
 /* What the filter did, for the header. */

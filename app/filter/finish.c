@@ -160,17 +160,13 @@ static int filter_passes(struct finish *f, char *const *guides, int n, const cha
     return filter_any(&how, f->settings, guides, n, f->error);
 }
 
-/* What a header says of the lens; false where it cannot be read. Of a picture of ours,
- * what it was made with: the other attributes are those of its passes. */
+/* What a header says of the lens; false where it cannot be read. */
 static bool read_lens(const struct image_input *input, int part,
                       struct settings *settings)
 {
     char text[500];
-    const char *made;
     settings_init(settings);
-    return (!image_attribute_string(input, "rackfocus:filtered", &made) ||
-            finish_lens_made(made, settings)) &&
-           settings_read_header(settings, input, part, text, sizeof(text)) &&
+    return settings_read_header(settings, input, part, text, sizeof(text)) &&
            !settings_is_by(settings, "focus-distance", camera_facts_target) &&
            !settings_is_by(settings, "focus-distance", camera_facts_redshift);
 }
@@ -476,7 +472,7 @@ static int write_output(struct finish *f)
     for (size_t i = 0; f->ours && i < n_pixels(f); i++)
         for (size_t c = 0; c < n_colours; c++)
             f->samples[n_channels * i + c] = f->ours[3 * i + c];
-    if (!filter_write(&how, f->settings, &f->own, f->samples, f->error))
+    if (!filter_write(&how, f->settings, &f->own, true, f->samples, f->error))
         return app_code_of(f->error);
     return f->tool->output_error ? write_estimate(f) : APP_DONE;
 }

@@ -3,7 +3,6 @@
 
 #include <math.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "sources/settings.h"
@@ -13,24 +12,10 @@ static const double SAME = 0.01;
 
 /* What is told of a lens. */
 static const struct {
-    const char *key, *option, *name;
-} facts[] = {{"focus-distance", "--focus-distance ", "focus distance"},
-             {"f-stop", "--f-stop ", "f-stop"},
-             {"lens-radius", "--lens-radius ", "lens radius"}};
-
-bool finish_lens_made(const char *made, struct settings *settings)
-{
-    struct rf_error unread;
-    for (size_t i = 0; i < sizeof(facts) / sizeof(facts[0]); i++) {
-        const char *option = strstr(made, facts[i].option);
-        if (option &&
-            settings_set_header(settings, facts[i].key,
-                                strtod(option + strlen(facts[i].option), NULL),
-                                "rackfocus:filtered", &unread) != RF_OK)
-            return false;
-    }
-    return true;
-}
+    const char *key, *name;
+} facts[] = {{"focus-distance", "focus distance"},
+             {"f-stop", "f-stop"},
+             {"lens-radius", "lens radius"}};
 
 bool finish_lens_headers_differ(const struct settings *own, const struct settings *ours,
                                 char *text, size_t n_text)

@@ -8,10 +8,6 @@
 
 struct settings;
 
-/* Takes the lens from the options that a picture of ours was made with. False where they
- * are none. */
-bool finish_lens_made(const char *made, struct settings *settings);
-
 /* Do both headers give the lens, and is it another? `text` says which and how. */
 bool finish_lens_headers_differ(const struct settings *own, const struct settings *ours,
                                 char *text, size_t n_text);

@@ -630,9 +630,11 @@ void source_describe(const struct source *like, const struct source_output *how,
         d->names[i] = d->own_names[i];
         d->types[i] = how->type;
     }
-    d->made[0] = (struct image_attribute){.name = "rackfocus:filtered",
-                                          .type = IMAGE_ATTRIBUTE_STRING,
-                                          .text = how->made};
+    d->facts.n = 0;
+    if (how->made)
+        header_facts_add_text(&d->facts, "rackfocus:filtered", how->made);
+    if (how->settings)
+        header_facts_add_params(&d->facts, how->settings, like, false);
     d->output = (struct image_output){
         .width = like->width,
         .height = like->height,
@@ -643,11 +645,21 @@ void source_describe(const struct source *like, const struct source_output *how,
         .channel_names = d->names,
         .types = d->types,
         .compression = how->compression,
-        .attributes = how->made ? d->made : NULL,
-        .n_attributes = how->made ? 1 : 0,
+        .attributes = d->facts.items,
+        .n_attributes = d->facts.n,
         .like = like->colour,
         .like_part = like->part,
     };
+}
+
+bool source_write_described(const struct source *like, const char *path, float *samples,
+                            struct source_description *description, int n_threads,
+                            struct image_error *error)
+{
+    if (description->output.n_channels == 2)
+        source_pack_grey_alpha(samples, (size_t)like->width * (size_t)like->height);
+    description->output.samples = samples;
+    return image_write(path, &description->output, n_threads, error);
 }
 
 bool source_write_colour(const struct source *like, const char *path, float *samples,
@@ -655,8 +667,6 @@ bool source_write_colour(const struct source *like, const char *path, float *sam
 {
     struct source_description description;
     source_describe(like, how, &description);
-    if (description.output.n_channels == 2)
-        source_pack_grey_alpha(samples, (size_t)like->width * (size_t)like->height);
-    description.output.samples = samples;
-    return image_write(path, &description.output, how->n_threads, error);
+    return source_write_described(like, path, samples, &description, how->n_threads,
+                                  error);
 }

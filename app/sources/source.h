@@ -8,6 +8,7 @@
 #include <stdint.h>
 
 #include "image.h"
+#include "sources/header_facts.h"
 
 /* What the command line says about the input. */
 struct source_request {
@@ -109,6 +110,8 @@ struct source_output {
     enum image_sample_type type;
     const char *compression; /* NULL: the source's */
     const char *made;        /* for the attribute rackfocus:filtered; NULL: none */
+    const struct settings *settings; /* with which it was made; NULL: its lens is as the
+                                        attributes of the source say */
     int n_threads;
 };
 
@@ -117,7 +120,7 @@ struct source_description {
     char own_names[4][256];
     const char *names[4];
     enum image_sample_type types[4];
-    struct image_attribute made[2]; /* room for one more */
+    struct header_facts facts;
     struct image_output output;
 };
 
@@ -133,5 +136,9 @@ void source_pack_grey_alpha(float *samples, size_t n);
  * attributes of `like`; they are packed in place. */
 bool source_write_colour(const struct source *like, const char *path, float *samples,
                          const struct source_output *how, struct image_error *error);
+/* The same with a description of it, in which more may stand. */
+bool source_write_described(const struct source *like, const char *path, float *samples,
+                            struct source_description *description, int n_threads,
+                            struct image_error *error);
 
 #endif

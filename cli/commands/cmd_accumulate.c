@@ -183,6 +183,20 @@ static bool add_view(struct sum *sum, const struct operands *views, int i,
     return is_added;
 }
 
+/* The mean is no view, and has the focus of the plane that stays in place in them. */
+static void describe_lens(const struct sum *sum, int n_views,
+                          struct source_description *description)
+{
+    static const char *const of_view[] = {VIEWS_OFFSET "*", VIEWS_SHEAR "*", NULL};
+    double offset[2], shear_distance;
+    if (n_views < 2)
+        return;
+    description->output.dropped = of_view;
+    if (views_find_place(sum->first.colour, NULL, offset, &shear_distance))
+        header_facts_add_focus(&description->facts, shear_distance);
+    description->output.n_attributes = description->facts.n;
+}
+
 static bool write_exr(const struct sum *sum, float *samples, int n_views,
                       struct image_error *error)
 {
@@ -191,7 +205,11 @@ static bool write_exr(const struct sum *sum, float *samples, int n_views,
              n_views);
     const struct source_output how = {
         .type = IMAGE_SAMPLE_FLOAT, .made = made, .n_threads = sum->n_threads};
-    return source_write_colour(&sum->first, sum->tool->output, samples, &how, error);
+    struct source_description description;
+    source_describe(&sum->first, &how, &description);
+    describe_lens(sum, n_views, &description);
+    return source_write_described(&sum->first, sum->tool->output, samples, &description,
+                                  sum->n_threads, error);
 }
 
 static bool write_mean(const struct sum *sum, int n_views, struct image_error *error)

@@ -283,6 +283,7 @@ static bool keep_result(struct comparison *c, const struct methods_entry *e,
     memcpy(samples, e->method >= 0 ? c->out : c->colour, n * sizeof(float));
     const struct source_output how = {.type = IMAGE_SAMPLE_FLOAT,
                                       .made = e->method >= 0 ? e->name : NULL,
+                                      .settings = e->method >= 0 ? &c->settings : NULL,
                                       .n_threads = thread_count(c->tool->n_threads)};
     const bool is_written = source_write_colour(s, path, samples, &how, error);
     free(samples);

@@ -48,10 +48,13 @@ def test_windows_have_the_pixels_of_the_whole(
 ):
     path = large(701, 1603, tile, compression, 5)
     whole, windows = tmp_path / "whole.exr", tmp_path / "windows.exr"
-    rackfocus("filter", path, "-o", whole, *FAST)
-    rackfocus("filter", path, "-o", windows, *FAST, "--max-memory", 200)
+    blur = (*FAST, "--blades", 6)
+    rackfocus("filter", path, "-o", whole, *blur)
+    rackfocus("filter", path, "-o", windows, *blur, "--max-memory", 200)
     assert largest_error(rackfocus, windows, whole) == 0
     assert is_tiled(windows) == (tile > 0)
+    facts = rackfocus("info", windows).stdout
+    assert re.search(r"blades +6 .* header rackfocus:blades", facts)
     # A PNG is made of a whole picture, for which that memory is not enough.
     png = tmp_path / "whole.png"
     done = rackfocus("filter", path, "-o", png, *FAST, "--max-memory", 60, code=1)

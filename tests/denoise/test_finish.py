@@ -93,6 +93,11 @@ def test_headers_with_another_lens_are_told(clean, tmp_path):
         fast = ["--denoise-quality", "fast", "-o", out]
         said = clean("finish", lens, guide, *fast).stderr
         assert text in said and bool(text) == bool(said)
+    # 10 is the default, which a list of what was changed does not name.
+    clean("filter", pinhole, "-o", guide, "--focus-distance", 10, "-q")
+    lens = write(tmp_path / "own.exr", pixels, names, pinhole)
+    said = clean("finish", lens, guide, "--denoise-quality", "fast", "-o", out).stderr
+    assert "focus distance 1, and the guide has 10 (" in said
 
 
 def test_the_own_samples_decide(clean, tmp_path):

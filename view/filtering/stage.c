@@ -712,7 +712,7 @@ bool stage_save(const struct stage *stage, const struct settings *settings,
     const struct filter_options tool = {.output = path,
                                         .n_threads = stage->options->n_threads};
     struct settings copy = *settings;
-    return filter_write(&tool, &copy, &stage->source, pixels, error);
+    return filter_write(&tool, &copy, &stage->source, false, pixels, error);
 }
 
 bool stage_reads(const struct stage *stage, const char *path)
