@@ -93,6 +93,46 @@ static void averages_with_nothing_are_no_surface(void)
         CHECK(depth[i] == 0 || depth[i] > 7);
 }
 
+/* A thing at 6 of `width` px between 2 and 10, `light` times as bright as both. */
+static void make_between(int width, float light)
+{
+    for (int i = 0; i < N; i++) {
+        const int x = i % WIDTH, y = i / WIDTH;
+        const bool is_there = x >= 20 && x < 20 + width && y >= 10 && y < 10 + width;
+        depth[i] = is_there ? 6 : x < 20 ? 2 : x == 20 ? 5 : 10;
+        for (int c = 0; c < 3; c++)
+            colour[3 * i + c] = is_there ? light : 1;
+    }
+}
+
+/* Lamps of a pixel or two, whose depth decides how large their discs are. */
+static void small_things_between_two_sides_stay(void)
+{
+    for (int width = 1; width <= 2; width++)
+        for (int is_lamp = 0; is_lamp < 2; is_lamp++) {
+            struct rf_depth_channel channel = channel_of(3);
+            size_t n = 0;
+            make_between(width, is_lamp ? 100 : 1);
+            REQUIRE(rf_depth_snap(NULL, &channel, &n, NULL) == RF_OK);
+            const bool is_known = is_lamp || width == 2;
+            for (int i = 0; i < width * width; i++) {
+                const float z = depth[(10 + i / width) * WIDTH + 20 + i % width];
+                CHECK(is_known ? z == 6 : z == 2 || z == 10);
+            }
+            CHECK(depth[5 * WIDTH + 20] == 2 && n > 20); /* averages beside it */
+        }
+    /* The rim of a lamp that is wide enough for a side is an average as others. */
+    struct rf_depth_channel channel = channel_of(3);
+    size_t n = 0;
+    make_averaged();
+    for (int i = 0; i < N; i++)
+        colour[3 * i] = colour[3 * i + 1] = colour[3 * i + 2] = i % WIDTH < 20    ? 500
+                                                                : i % WIDTH == 20 ? 300
+                                                                                  : 1;
+    REQUIRE(rf_depth_snap(NULL, &channel, &n, NULL) == RF_OK);
+    CHECK(memcmp(depth, truth, sizeof depth) == 0);
+}
+
 static void depth_times_alpha_is_divided_by_it(void)
 {
     struct rf_depth_channel channel = channel_of(4);
@@ -401,6 +441,7 @@ int main(int argc, char **argv)
     TEST(texture_is_no_width);
     TEST(other_depth_is_not_narrowed);
     TEST(what_nothing_tells_stays);
+    TEST(small_things_between_two_sides_stay);
     TEST(depth_times_alpha_is_divided_by_it);
     TEST(strips_add_up);
     TEST(mist_becomes_linear);
