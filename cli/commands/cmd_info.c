@@ -154,9 +154,14 @@ static int look(struct info *info, const struct info_options *tool)
     if (!info->has_lens)
         snprintf(info->lens_problem, sizeof(info->lens_problem), "%s",
                  lens_error.message);
-    const bool is_one_size =
-        source->z >= 0 && (source->layer.r < 0 || source_check(source, &error));
-    if (source->z >= 0 && !is_one_size)
+    const bool is_bare_deep = source->info.is_deep && source->layer.r < 0;
+    const bool is_one_size = source->z >= 0 && !is_bare_deep &&
+                             (source->layer.r < 0 || source_check(source, &error));
+    if (is_bare_deep)
+        message("%s: its deep samples have no colour, as those of a shadow map: there "
+                "is nothing to blur",
+                image_path(source->colour));
+    else if (source->z >= 0 && !is_one_size)
         message("%s", error.message);
     if (is_one_size &&
         !measure_depth(info, &params, thread_count(tool->n_threads), &error)) {

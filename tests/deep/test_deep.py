@@ -7,6 +7,7 @@ import functools
 import json
 import os
 import pathlib
+import re
 import subprocess
 
 import numpy as np
@@ -370,6 +371,15 @@ def test_info_counts_samples(rackfocus, tmp_path):
     assert deep["n_hidden"] == behind > 0
     assert deep["n_empty"] == 0
     assert "deep samples" in rackfocus("info", path).stdout
+
+
+def test_info_shows_a_shadow_map(rackfocus, tmp_path):
+    """Deep samples without colour: what the file holds, and that it cannot be blurred."""
+    samples, path = deep_samples(SMALL, solids()), tmp_path / "a.exr"
+    write_deep(path, SMALL, samples, names=("A", "Z", "ZBack"))
+    done = rackfocus("info", path)
+    assert re.search(r"channels +A \(float\) Z \(float\) ZBack", done.stdout)
+    assert "its deep samples have no colour" in done.stderr
 
 
 def test_coc_is_that_of_the_flat_depth(rackfocus, tmp_path):
