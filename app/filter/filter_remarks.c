@@ -136,8 +136,20 @@ static int warn_no_effect(const struct run *run, const char *option, const char 
                     why);
 }
 
+/* Does a stage show weights, for which the light of no pixel counts? */
+static bool shows_no_light(const struct run *run)
+{
+    return !rf_param_is_read(&run->settings->params, "highlight-clamp", NULL);
+}
+
 int filter_warn_unread(const struct run *run)
 {
+    if (run->tool->denoise && shows_no_light(run)) {
+        const int code = warn_no_effect(
+            run, "denoise", "the weights that --stage shows have no light, nor grain");
+        if (code != APP_DONE)
+            return code;
+    }
     if (run->tool->aperture_at && is_mean(run) && !has_lens_beside(run)) {
         const int code = warn_no_effect(run, "aperture-at", MEAN_HAS_LENS);
         if (code != APP_DONE)

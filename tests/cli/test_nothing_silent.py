@@ -72,6 +72,8 @@ def test_stages_say_what_they_do_not_show(run, scene):
     said = run(scene(), *alpha, "--highlight-gain", "3", "--box-repeats", "2").stderr
     assert no_effect("highlight-gain") in said and no_effect("box-repeats") in said
     assert "--focus" not in said
+    done = run(scene(), *alpha, "--denoise", "--strict", code=1)
+    assert "--denoise: has no effect" in done.stderr
     levels = ["--method", "mipmap", "--stage", "levels"]
     said = run(scene(), *levels, lens=["--focus-distance", "6"]).stderr
     assert said == f"{no_effect('focus-distance')}stage levels shows the levels of " + (
