@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "sources/header_facts.h"
 
+#include <float.h>
+#include <math.h>
 #include <string.h>
 
 #include "sources/source.h"
@@ -22,8 +24,10 @@ void header_facts_add_text(struct header_facts *facts, const char *name,
 void header_facts_add_number(struct header_facts *facts, const char *name,
                              double number)
 {
-    add(facts, &(struct image_attribute){
-                   .name = name, .type = IMAGE_ATTRIBUTE_FLOAT, .number = {number, 0}});
+    const double most = (double)FLT_MAX; /* of the infinity of a depth */
+    add(facts, &(struct image_attribute){.name = name,
+                                         .type = IMAGE_ATTRIBUTE_FLOAT,
+                                         .number = {fmin(number, most), 0}});
 }
 
 void header_facts_add_focus(struct header_facts *facts, double shear_distance)
@@ -45,8 +49,12 @@ static void add_param(struct header_facts *facts, const struct rf_param_info *in
 {
     if (info->type == RF_TYPE_ENUM)
         header_facts_add_text(facts, info->attribute, info->choices[(int)value].name);
-    else
+    else if (info->type == RF_TYPE_FLOAT)
         header_facts_add_number(facts, info->attribute, value);
+    else
+        add(facts, &(struct image_attribute){.name = info->attribute,
+                                             .type = IMAGE_ATTRIBUTE_INT,
+                                             .number = {value, 0}});
 }
 
 /* Has the part that is written the attribute? */

@@ -83,6 +83,15 @@ def test_choices_have_their_names(run, scene):
     assert attributes["rackfocus:optics"] == "camera"
 
 
+def test_the_ends_of_ranges_can_be_read_again(run, scene, told):
+    """A float has neither 2^31 - 1 nor 1e300."""
+    facts = {"rackfocus:lensSeed": 1.0, "rackfocus:depthInfinity": 1e9}
+    path = scene(attributes={**LENS, **facts})
+    ends = ["--depth-infinity", "1e300", "--lens-seed", str(2**31 - 1)]
+    assert run(path, *ends)["rackfocus:lensSeed"] == 2**31 - 1
+    assert told("out.exr")["depth-infinity"] > 1e38
+
+
 def test_facts_of_a_depth_file_are_taken_over(run, scene, told):
     depth = scene("depth.exr", attributes=LENS)
     run(scene("colour.exr"), "--depth-file", depth)
