@@ -82,6 +82,9 @@ void json_text(struct json *json, const char *name, const char *text)
     print_string(text);
 }
 
+/* Below it every whole number is a double. */
+static const double WHOLE = 9007199254740992.0;
+
 void json_number(struct json *json, const char *name, double number)
 {
     begin_item(json, name);
@@ -89,6 +92,8 @@ void json_number(struct json *json, const char *name, double number)
         printf("null");
     else if (isinf(number))
         printf("%s1e999", number < 0 ? "-" : "");
+    else if (number == floor(number) && fabs(number) < WHOLE)
+        printf("%.0f", number); /* counts and seeds have ten digits */
     else
         printf("%.9g", number);
 }
