@@ -435,6 +435,23 @@ char *frame_name(const char *pattern, int32_t number, struct image_error *error)
     return name;
 }
 
+char *frame_pattern(const char *pattern, struct image_error *error)
+{
+    struct place place;
+    const size_t size = strlen(pattern) + 112;
+    char *spelled = app_memory(size, 1, error);
+    if (!spelled)
+        return NULL;
+    snprintf(spelled, size, "%s", pattern);
+    if (find_place(pattern, &place)) {
+        const size_t n_before = (size_t)(place.begin - pattern);
+        memset(spelled + n_before, '#', (size_t)place.n_digits);
+        snprintf(spelled + n_before + place.n_digits, strlen(place.end) + 1, "%s",
+                 place.end);
+    }
+    return spelled;
+}
+
 /* The frames that a folder has. */
 struct search {
     struct frame_list *list;

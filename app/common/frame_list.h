@@ -66,4 +66,8 @@ bool frame_guess_sequence(char *const *names, int n, char *pattern, size_t n_byt
  * caller frees; NULL without memory. */
 char *frame_name(const char *pattern, int32_t number, struct image_error *error);
 
+/* The pattern with # for each digit of the number, however it is spelled: those of the
+ * same files are one. The caller frees; NULL without memory. */
+char *frame_pattern(const char *pattern, struct image_error *error);
+
 #endif

@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "clock.h"
+#include "common/frame_list.h"
 #include "common/report.h"
 #include "file.h"
 #include "folder.h"
@@ -26,16 +27,21 @@ bool journal_open(struct journal *journal, const char *pattern,
     os_machine_name(journal->host, sizeof(journal->host));
     if (!journal->host[0])
         snprintf(journal->host, sizeof(journal->host), "unnamed");
-    const size_t n = strlen(pattern) + sizeof(".frames");
+    char *spelled = frame_pattern(pattern, error);
+    if (!spelled)
+        return false;
+    const size_t n = strlen(spelled) + sizeof(".frames");
     const size_t n_own = n + sizeof(journal->host) + 48;
     journal->path = app_memory(n, 1, error);
     journal->own_path = app_memory(n_own, 1, error);
     if (!journal->path || !journal->own_path) {
         free(journal->path);
         free(journal->own_path);
+        free(spelled);
         return false;
     }
-    snprintf(journal->path, n, "%s.frames", pattern);
+    snprintf(journal->path, n, "%s.frames", spelled);
+    free(spelled);
     /* The time, because two machines may have one name (containers) and numbers of
      * processes come again. */
     snprintf(journal->own_path, n_own, "%s.%s-%" PRId64 "-%" PRIx64, journal->path,

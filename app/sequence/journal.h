@@ -66,7 +66,8 @@ struct journal {
     struct os_lock lock;
 };
 
-/* The journal of the output `pattern`; reads nothing yet. False without memory: there
+/* The journal of the output `pattern`, one for all its spellings (####, %04d, $F4), with
+ * #; reads nothing yet. False without memory: there
  * is nothing to close. */
 bool journal_open(struct journal *journal, const char *pattern,
                   struct image_error *error);

@@ -72,6 +72,17 @@ def test_finished_frames_are_skipped(run, shot, tmp_path):
     assert "4 filtered, 0 skipped" in summary(run(pattern, "--anew"))
 
 
+@pytest.mark.parametrize("spelling", ["%04d", "$F4"])
+def test_finished_frames_are_known_however_they_are_spelled(
+    run, shot, tmp_path, spelling
+):
+    run(shot(), "--frames", "1-2")
+    other = tmp_path / f"shot.{spelling}.exr"
+    done = run(other, "--frames", "1-3", name=f"out.{spelling}.exr")
+    assert "1 filtered, 2 skipped" in summary(done)
+    assert [p.name for p in tmp_path.glob("*.frames")] == ["out.####.exr.frames"]
+
+
 def test_what_makes_a_frame_unfinished(run, shot, scene, tmp_path):
     """Missing, cut off, other settings, another input: made again, and only that."""
     pattern = shot()
