@@ -15,9 +15,10 @@ struct settings;
 enum { WHITE_STOPS = 48, WHITE_BINS = 4 * WHITE_STOPS };
 struct white_tally {
     int64_t bins[WHITE_BINS];
+    int64_t n_unlit; /* pixels without light, which are in no bin */
 };
 
-/* Counts n packed pixels of 1, 3 or 4 channels. Those without light tell nothing. */
+/* Counts n packed pixels of 1, 3 or 4 channels. */
 void white_tally_add(struct white_tally *tally, const float *samples, size_t n,
                      int n_channels);
 

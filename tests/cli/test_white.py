@@ -76,6 +76,32 @@ def test_pictures_that_can_be_meant_are_left_alone(lamps, filtered):
     assert filtered(lamps(base=10))[1] is None
 
 
+@pytest.mark.parametrize("options", [(), ("--max-memory", 200)])
+def test_lamps_on_black_are_lamps(tmp_path, filtered, options):
+    """All that has light would be white: in a few pixels these are lamps, with the discs of
+    a display's white (they were soft patches); more is a bright thing in another unit.
+    """
+    size = (1600, 700) if options else (120, 130)  # that windows have work
+    light = numpy.zeros(size, numpy.float32)
+    light[20::40, 20::40] = 300
+    far = numpy.full_like(light, 12)
+
+    def white(name):
+        path = plainexr.write(
+            tmp_path / name, {**dict.fromkeys("RGB", light), "Z": far}
+        )
+        words = ("--sub-apertures", 1, *options)
+        return filtered(path, *words), filtered(path, *words, "--white", 1)[0]
+
+    (made, found), of_display = white("lamps.exr")
+    assert found is None and numpy.array_equal(made, of_display)
+    lamp = made[1][10:31, 10:31]  # a disc of 4.5 px
+    assert (lamp > 0.9 * 270 / (numpy.pi * 4.5**2)).sum() > 0.7 * numpy.pi * 4.5**2
+    light[30:40] = 300
+    if not options:
+        assert white("thing.exr")[0][1] == 1024
+
+
 def test_no_light_is_no_white(scene, filtered):
     def darken(channels):
         for c in "RGB":
