@@ -309,10 +309,8 @@ bool povray_render_reference(struct povray_scene *scene,
     const struct povray_passes size = {.width = povray_picture_width(passes),
                                        .height = povray_picture_height(passes)};
     if (passes->camera.is_orthographic) {
-        snprintf(error->message, sizeof error->message,
-                 "%s: POV-Ray 3.7 has no working focal blur for orthographic cameras; "
-                 "leave out --reference",
-                 scene->options.scene);
+        snprintf(error->message, sizeof error->message, "%s: %s", scene->options.scene,
+                 GLUE_NO_ORTHOGRAPHIC_BLUR);
         return false;
     }
     text_addf(&tail, "\n");

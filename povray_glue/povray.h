@@ -99,6 +99,9 @@ struct povray_options {
      * anti-aliasing loses. */
     bool warns_by_look;
     bool wants_lens; /* false: passes only, a missing aperture is no error */
+    /* povray_render_reference() follows: a camera for which POV-Ray has no working blur
+     * is refused before anything is rendered. */
+    bool wants_reference;
     bool (*is_cancelled)(void *user);              /* may be NULL; asked every few ms */
     void (*progress)(void *user, double fraction); /* may be NULL */
     void *user;

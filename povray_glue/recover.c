@@ -272,6 +272,9 @@ bool scene_choose_camera(struct povray_scene *scene, struct povray_error *error)
     else if (!(camera->focus_distance > 0))
         what = "the focal point lies in the camera; give another with --focal-point or "
                "--focus-distance";
+    else if (options->wants_reference && camera->is_orthographic &&
+             scene->n_guesses == 0)
+        what = GLUE_NO_ORTHOGRAPHIC_BLUR;
     if (what)
         snprintf(error->message, sizeof error->message, "%s: %s", options->scene, what);
     camera->f_stop = options->has_f_stop ? options->stop.f_stop : 0;

@@ -96,6 +96,11 @@ bool scene_same_size(const struct povray_scene *scene,
                      const struct povray_passes *passes,
                      const struct decode_picture *picture, struct povray_error *error);
 
+/* Why there is no reference. */
+#define GLUE_NO_ORTHOGRAPHIC_BLUR                                                      \
+    "POV-Ray 3.7 has no working focal blur for orthographic cameras; leave out "       \
+    "--reference"
+
 /* The camera of the items, with the user's lens in place of the scene's. */
 bool scene_choose_camera(struct povray_scene *scene, struct povray_error *error);
 

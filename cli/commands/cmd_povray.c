@@ -601,7 +601,7 @@ static int run_camera(struct povray_job *job)
 static int run_job(struct povray_job *job, const struct povray_frames *frames)
 {
     if (job->tool->is_camera_only) {
-        job->options.wants_lens = false;
+        job->options.wants_lens = job->options.wants_reference = false;
         if (frames->is_animation)
             set_frame(job, frames, frames->list.numbers[0]);
         return run_camera(job);

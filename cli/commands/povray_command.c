@@ -312,6 +312,7 @@ bool povray_command_plan(const struct povray_tool *tool,
         .n_threads = thread_count(tool->n_threads)};
     povray_lens_options(made, settings, &tool->stop);
     made->wants_lens = !made->has_f_stop;
+    made->wants_reference = tool->n_reference > 0;
     if (!isnan(tool->aperture)) {
         made->has_aperture = true;
         made->aperture = tool->aperture;

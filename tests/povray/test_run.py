@@ -446,19 +446,13 @@ def test_where_the_reference_cannot_be_kept(rackfocus, tmp_path, options, word):
     assert word in found.stderr and not (tmp_path / "o.exr").exists()
 
 
-def test_no_reference_for_orthographic(rackfocus):
-    text = rackfocus(
-        "povray",
-        "orthographic.pov",
-        "-o",
-        "o.exr",
-        "--reference",
-        "10",
-        "--",
-        *SIZE,
-        code=1,
-    ).stderr
-    assert "no working focal blur for orthographic" in text
+def test_no_reference_for_orthographic(rackfocus, tmp_path):
+    """Said before the render: it came behind the finished picture, after minutes."""
+    words = ("povray", "orthographic.pov", "--reference", "10")
+    done = rackfocus(*words, "-o", tmp_path / "o.exr", "--", *SIZE, code=1)
+    assert "no working focal blur for orthographic" in done.stderr
+    assert not (tmp_path / "o.exr").exists() and "POV-Ray's" not in done.stdout
+    rackfocus(*words, "--camera", "--", *SIZE)
 
 
 def test_povray_missing(rackfocus):
