@@ -41,22 +41,37 @@ static const struct option options[] = {
 struct sheet_of_lamps {
     int32_t width, height; /* of one half */
     struct rf_params params;
+    bool has_stop;           /* its lens is that of an f-stop */
     struct picture aperture; /* without samples: none */
     float *rgb;              /* both halves, width x 2 height */
     float *depth;            /* of one half */
 };
 
-/* Sets the lens so that what is far away has twice the radius. */
-static rf_result set_lens(struct sheet_of_lamps *sheet, double radius_px,
+static bool is_tilted(const struct rf_params *params)
+{
+    return params->tilt_x != 0 || params->tilt_y != 0;
+}
+
+/*
+ * Sets the lens so that what is far away (orthographic: at the camera) has twice the
+ * radius. `has_stop`: with the diameter that focal length and f-stop give, focused as
+ * near as that takes: a tilt changes the radius along the picture by lens radius / focal
+ * length for each px, which for a far focus is that of no real lens.
+ */
+static rf_result set_lens(struct sheet_of_lamps *sheet, double radius_px, bool has_stop,
                           struct rf_error *error)
 {
     struct rf_lens lens;
     struct rf_params *params = &sheet->params;
-    params->lens_radius = 1;
-    const rf_result result =
-        rf_lens_init(&lens, params, sheet->width, sheet->height, error);
+    params->lens_radius = has_stop ? 0 : 1;
+    rf_result result = rf_lens_init(&lens, params, sheet->width, sheet->height, error);
+    if (result == RF_OK && has_stop) {
+        params->lens_radius = lens.lens_radius;
+        params->focus_distance *= fabs(lens.bias_px) / (2 * radius_px);
+        result = rf_lens_init(&lens, params, sheet->width, sheet->height, error);
+    }
     if (result == RF_OK)
-        params->lens_radius = 2 * radius_px / fabs(rf_lens_radius_px(&lens, INFINITY));
+        params->lens_radius *= 2 * radius_px / fabs(lens.bias_px);
     return result;
 }
 
@@ -119,7 +134,7 @@ static rf_result draw(struct sheet_of_lamps *sheet, const struct aperture_option
                                           .cpu = getenv("RACKFOCUS_CPU"),
                                           .n_threads = tool->n_threads};
     float *lower = sheet->rgb + 3 * (size_t)sheet->width * (size_t)sheet->height;
-    rf_result result = set_lens(sheet, tool->radius_px, error);
+    rf_result result = set_lens(sheet, tool->radius_px, sheet->has_stop, error);
     if (result != RF_OK)
         return result;
     result = rf_context_create(&context, &run, error);
@@ -183,7 +198,7 @@ static const char *why_unread(const struct rf_params *params,
         return "the lamps have a depth of their own";
     if (!rf_param_is_read(params, info->key, &why_not))
         return why_not;
-    if (params->tilt_x == 0 && params->tilt_y == 0 && is_one_of(info->key, of_tilt))
+    if (!is_tilted(params) && is_one_of(info->key, of_tilt))
         return "read only with a tilt: --radius says how large the blur is";
     return is_one_of(info->key, of_none)
                ? "the lamps are points, and --radius says how large the blur is"
@@ -210,6 +225,25 @@ static void leave_out_unread(const struct aperture_options *tool,
     }
 }
 
+/* Is the lens that of an f-stop? */
+static bool has_stop(const struct settings *settings)
+{
+    return is_tilted(&settings->params) &&
+           settings->params.projection != RF_PROJECTION_ORTHOGRAPHIC &&
+           settings_origin(settings, "focus-distance") == ORIGIN_DEFAULT;
+}
+
+/* The core cuts radii at half of the longer side. */
+static void tell_cut(const struct aperture_options *tool,
+                     const struct settings *settings)
+{
+    if (settings->params.max_radius == 0 && tool->radius_px > tool->width / 2.0)
+        warning(tool->is_quiet,
+                "--radius %g: the blur is cut at %g px, half the width; --width %d or "
+                "more has room for it",
+                tool->radius_px, tool->width / 2.0, (int)ceil(4 * tool->radius_px));
+}
+
 static int make_sheet(const struct aperture_options *tool,
                       const struct settings *settings)
 {
@@ -217,9 +251,11 @@ static int make_sheet(const struct aperture_options *tool,
     struct image_error image_error;
     struct sheet_of_lamps sheet = {.width = tool->width,
                                    .height = tool->width * 9 / 16,
-                                   .params = settings->params};
+                                   .params = settings->params,
+                                   .has_stop = has_stop(settings)};
     const size_t n = (size_t)sheet.width * (size_t)sheet.height;
     leave_out_unread(tool, settings, &sheet.params);
+    tell_cut(tool, settings);
     sheet.rgb = app_memory(2 * 3 * n, sizeof(float), NULL);
     sheet.depth = app_memory(n, sizeof(float), NULL);
     int code = EXIT_FAILED;
@@ -260,31 +296,39 @@ static bool check_aperture_image(const struct aperture_options *tool,
     return false;
 }
 
+/* What says how large the blur is, beside --radius. */
+static bool refuse_useless(const char *key)
+{
+    message(
+        "--%s has no place here: --radius says how large the blur is, and the method "
+        "is layered",
+        key);
+    return false;
+}
+
 static bool check_usage(const struct aperture_options *tool, struct settings *settings,
                         int n_operands)
 {
-    static const char *const useless[] = {"f-stop", "lens-radius", "method"};
+    static const char *const useless[] = {"lens-radius", "method"};
     struct image_error error = {.message = ""};
+    const bool has_typed_stop =
+        settings_origin(settings, "f-stop") == ORIGIN_COMMAND_LINE;
+    for (size_t i = 0; i < sizeof(useless) / sizeof(useless[0]); i++)
+        if (settings_origin(settings, useless[i]) == ORIGIN_COMMAND_LINE)
+            return refuse_useless(useless[i]);
     if (n_operands > 0)
         message("aperture takes no file; see rackfocus aperture --help");
     else if (!tool->output)
         message("aperture needs an output, -o FILE.png or -o FILE.exr; see rackfocus "
                 "aperture --help");
     else if (!picture_check_kind(tool->output, &error) ||
-             !picture_check_writable(tool->output, &error))
+             !picture_check_writable(tool->output, &error) ||
+             (tool->look && !look_read(tool->look, settings, &error)))
         message("%s", error.message);
-    else {
-        for (size_t i = 0; i < sizeof(useless) / sizeof(useless[0]); i++)
-            if (settings_origin(settings, useless[i]) == ORIGIN_COMMAND_LINE) {
-                message("--%s has no place here: --radius says how large the blur is, "
-                        "and the method is layered",
-                        useless[i]);
-                return false;
-            }
-        if (!tool->look || look_read(tool->look, settings, &error))
-            return check_aperture_image(tool, settings);
-        message("%s", error.message);
-    }
+    else if (has_typed_stop && !has_stop(settings))
+        return refuse_useless("f-stop");
+    else
+        return check_aperture_image(tool, settings);
     return false;
 }
 
@@ -310,7 +354,8 @@ const struct command command_aperture = {
     .description =
         "Draws lamps through the lens: the upper half of the picture shows them behind "
         "the focus, the lower half before it, each half the whole field of view. Lamps "
-        "have the light of a disc of brightness 0.5.",
+        "have the light of a disc of brightness 0.5. With a tilt the lens is that of "
+        "--focal-length and --f-stop, unless --focus-distance is given.",
     .examples = "rackfocus aperture -o lemons.png --cat-eye 0.7\n"
                 "rackfocus aperture -o bubble.exr --look bubble --radius 40",
     .options = options,

@@ -219,6 +219,53 @@ def test_aperture_draws_lamps(rackfocus, tmp_path):
     assert (tmp_path / "lamps.png").read_bytes()[:4] == b"\x89PNG"
 
 
+def test_aperture_draws_a_tilted_lens(rackfocus, tmp_path):
+    """The radius changes by sin A / (2 N) px for each px, as in a picture of a 50 mm lens.
+
+    Silent before: the lens that --radius makes of a focus at 10 m was one of f/0.07, and
+    the light of a lamp lay over half of the sheet. What the filter makes of a lone lamp
+    is the same.
+    """
+    out, size = tmp_path / "lamps.exr", (480, 270)
+    words = ("aperture", "-o", out, "--width", size[0], "--radius", "20")
+    rackfocus(*words, "--look", "miniature")
+    light = halves(out)[0]
+    x = size[0] // 2
+    places = [int((i + 0.5) * 270 / 3) for i in range(3)]
+    areas = [(light[y - 40 : y + 40, x - 30 : x + 30] > 0.2).sum() for y in places]
+    radii = numpy.sqrt(numpy.array(areas) / numpy.pi)
+    slope = numpy.sin(numpy.radians(8)) / 5.6
+    assert numpy.allclose(radii, 20 + slope * (135 - numpy.array(places)), atol=0.3)
+    rackfocus(*words, "--look", "miniature", "--f-stop", "1.4")
+    assert (halves(out)[0] > 0.2).sum() != (light > 0.2).sum()
+    # K / s = 40 px with K = f^2 / (2 N) in px
+    focus = 0.05 / 5.6 * size[0] * 50 / 36 / 40
+    scene = {c: numpy.zeros(size[::-1], numpy.float32) for c in "RGB"}
+    for c in scene.values():
+        c[places[0], x] = 0.5 * numpy.pi * 20**2
+    scene["Z"] = numpy.full(size[::-1], 2 * focus, numpy.float32)
+    path = plainexr.write(tmp_path / "in.exr", scene)
+    lens = ("--f-stop", 2.8, "--focus-distance", repr(focus), "--look", "miniature")
+    rackfocus("filter", path, "-o", tmp_path / "o.exr", *lens)
+    lamp = numpy.s_[: places[0] + 40, x - 30 : x + 30]
+    made = plainexr.read(tmp_path / "o.exr")[0]["G"][lamp]
+    assert abs(made - light[lamp]).max() < 0.002 and made.max() > 0.3
+
+
+def test_aperture_of_orthographic_cameras(rackfocus, tmp_path):
+    """Refused before, as a depth of nothing; a radius that is cut was not told."""
+    out = tmp_path / "lamps.exr"
+    words = ("aperture", "-o", out, "--width", "480", "--radius", "20")
+    rackfocus(*words)
+    want = halves(out)
+    rackfocus(*words, "--projection", "orthographic")
+    for half, plain in zip(halves(out), want):
+        assert abs(half - plain).max() < 0.01
+    said = rackfocus(*words[:-3], "100", "--radius", "60").stderr
+    assert "--radius 60: the blur is cut at 50 px" in said and "--width 240" in said
+    assert rackfocus(*words[:-3], "240", "--radius", "60").stderr == ""
+
+
 def test_aperture_draws_with_a_picture_of_it(rackfocus, tmp_path):
     """Its right half lets light through: the right half of lamps behind the focus, the
     left one of those before it."""
