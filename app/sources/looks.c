@@ -11,6 +11,7 @@
 #include "file.h"
 #include "folder.h"
 #include "looks_given.h"
+#include "path.h"
 #include "sources/params_file.h"
 
 #define ENDING ".params"
@@ -32,7 +33,7 @@ static bool find_folder(char *path, size_t n_bytes)
     } places[] = {{"XDG_CONFIG_HOME", ""}, {"APPDATA", ""}, {"HOME", "/.config"}};
     for (size_t i = 0; i < sizeof(places) / sizeof(places[0]); i++) {
         const char *home = getenv(places[i].variable);
-        if (!home || !*home)
+        if (!home || !os_path_is_absolute(home)) /* as the XDG specification says */
             continue;
         const int n =
             snprintf(path, n_bytes, "%s%s/rackfocus/looks/", home, places[i].below);

@@ -17,8 +17,9 @@ PLACES = (("XDG_CONFIG_HOME", ""), ("APPDATA", ""), ("HOME", ".config"))
 def folder():
     """Of the artist's own looks, as a Path; None where nothing says where it is."""
     for variable, below in PLACES:
-        if os.environ.get(variable):
-            return Path(os.environ[variable], below, "rackfocus", "looks")
+        home = os.environ.get(variable, "")
+        if os.path.isabs(home):  # as the XDG specification says
+            return Path(home, below, "rackfocus", "looks")
     return None
 
 

@@ -170,6 +170,16 @@ def test_the_list_and_ones_own(rackfocus, scene, tmp_path, monkeypatch):
     assert numpy.array_equal(own, typed)
 
 
+def test_a_folder_that_is_no_full_path_is_left_out(rackfocus, tmp_path, monkeypatch):
+    """As the XDG specification says: a look was kept below the current folder."""
+    monkeypatch.setenv("XDG_CONFIG_HOME", "config")
+    monkeypatch.setenv("HOME", str(tmp_path / "home"))
+    (tmp_path / "home").mkdir()
+    rackfocus("looks", "--save", "mine", "--blades", "5", cwd=tmp_path)
+    assert (tmp_path / "home/.config/rackfocus/looks/mine.params").exists()
+    assert not (tmp_path / "config").exists()
+
+
 @pytest.mark.parametrize(
     "options, part, code",
     [

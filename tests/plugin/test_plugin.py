@@ -599,6 +599,11 @@ def test_looks(monkeypatch, tmp_path):
     assert [str(w.message)[:10] for w in wrong][0] == "look mine,"
     assert "odd.params: cannot be read" in str(wrong[1].message)
     assert rackfocus.look("vintage") == given["vintage"].parameters
+    with monkeypatch.context() as elsewhere:  # no full path: as if it were not there
+        elsewhere.chdir(tmp_path.parent)
+        elsewhere.setenv("XDG_CONFIG_HOME", tmp_path.name)
+        elsewhere.setenv("HOME", str(tmp_path))
+        assert "odd" not in rackfocus._looks.sources()
     with pytest.raises(ValueError, match="look mine, line 1: 'method'"):
         rackfocus.look("mine")
 

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "folder.h"
+#include "path.h"
 #include "replace.h"
 
 enum { LEAST_SIDE = 200, MOST_SIDE = 32768 };
@@ -18,7 +19,7 @@ bool remembered_path(char *path, size_t n_bytes)
         {"XDG_STATE_HOME", ""}, {"LOCALAPPDATA", ""}, {"HOME", "/.local/state"}};
     for (size_t i = 0; i < sizeof(places) / sizeof(places[0]); i++) {
         const char *home = getenv(places[i].variable);
-        if (!home || !*home)
+        if (!home || !os_path_is_absolute(home))
             continue;
         const char *const parts[] = {"/.local", places[i].below, "/rackfocus"};
         char folder[REMEMBERED_PATH];
