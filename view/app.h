@@ -183,6 +183,8 @@ struct app {
     struct state state;
     struct undo undo;       /* of struct look */
     struct look *looks[10]; /* kept with Ctrl+1 to 9; NULL: not */
+    char look_name[64];     /* that a look of one's own is to have */
+    const char *misplaced;  /* the look that is not as in the whole picture; NULL */
     struct colour_list colours;
     int colour_index;
     bool has_scopes, has_graphs;
@@ -314,6 +316,13 @@ bool view_depth_at(const struct app *app, double x, double y, double *depth,
 /* One pass of the controls over what was put into `input`, which is then used up; does
  * what they ask, and asks the worker for what changed. */
 void panel_pass(struct app *app);
+
+/* looks_menu.c: looks of lenses. */
+void looks_menu_row(struct app *app);       /* of the panel: the menu */
+void looks_menu_keep_rows(struct app *app); /* and how one of one's own is kept */
+/* Which look is not as in the whole picture, in a sentence, "" where none is. What
+ * rackfocus filter warns of is said when it begins. */
+void looks_menu_describe_place(struct app *app, char *text, size_t n_bytes);
 
 /* overlay.c: help, statistics, the line at the bottom. */
 void overlay_draw(struct app *app);

@@ -213,6 +213,7 @@ static void end_opening(struct app *app, bool is_good)
         app->play.is_on = false;
         app->pull.n = 0;
         frames_free(&app->frames);
+        app->misplaced = NULL;
         app->opening = (struct playlist){0};
     }
     playlist_close(&app->opening);

@@ -13,6 +13,7 @@
 #include "console/cli.h"
 #include "controls/font_find.h"
 #include "interrupt.h"
+#include "path.h"
 
 #define DRAG_FRAME_S 0.04 /* between two frames without a new picture */
 
@@ -220,7 +221,7 @@ static void close_app(struct app *app)
         fclose(app->trace);
 }
 
-static int run_app(struct app *app)
+static int run_app(struct app *app, const struct settings *below_look)
 {
     char path[MAX_PATH];
     if (app->options->benchmark_s == 0 && remembered_path(path, sizeof(path)))
@@ -230,6 +231,8 @@ static int run_app(struct app *app)
     if (!trace_open(app))
         return EXIT_FAILED;
     state_init(&app->state, &app->typed, app->options->exposure);
+    if (app->options->look)
+        state_begin_look(&app->state, os_path_name(app->options->look), below_look);
     app->worker = worker_start(app->options->n_threads, wake, app);
     if (!app->worker) {
         message("view: the background thread cannot be started; is there memory left?");
@@ -267,7 +270,7 @@ int main(int argc, char **argv)
                         .play = {.rate = 24},
                         .density = 1};
     os_interrupt_catch();
-    app->exit_code = run_app(app);
+    app->exit_code = run_app(app, &call.below_look);
     const int result = app->exit_code;
     close_app(app);
     free(app);

@@ -7,7 +7,6 @@
 #include "app.h"
 #include "clock.h"
 #include "model/fields.h"
-#include "sources/looks.h"
 
 /* ---- parameters ----------------------------------------------------------------- */
 
@@ -306,9 +305,10 @@ static bool describe_guesses(const struct app *app, char *text, size_t n_bytes)
 
 static void lens_rows(struct app *app)
 {
-    char guesses[160], cut[160];
+    char guesses[160], cut[160], place[160];
     describe_cut(app, cut, sizeof(cut));
     trace_once(app, &app->traced_cut, "cut", cut);
+    looks_menu_describe_place(app, place, sizeof(place));
     if (!ui_section(&app->ui, "Lens", true))
         return;
     focus_row(app);
@@ -320,6 +320,8 @@ static void lens_rows(struct app *app)
     limits_rows(app);
     if (*cut)
         ui_note(&app->ui, cut);
+    if (*place)
+        ui_note(&app->ui, place);
     if (describe_guesses(app, guesses, sizeof(guesses)))
         ui_note(&app->ui, guesses);
 }
@@ -336,81 +338,13 @@ static void method_rows(struct app *app)
         rows_of(app, FIELD_METHOD, false, true);
 }
 
-enum { MOST_LOOKS = 24 };
-
-/* The names of the looks behind the first item of a menu; returns how many. */
-static int list_looks(const char **names)
-{
-    static struct look_about looks[MOST_LOOKS];
-    static int n_looks;
-    if (n_looks == 0) /* once: the menu is made for every picture */
-        n_looks = look_list(looks, MOST_LOOKS);
-    names[0] = "no look";
-    for (int i = 0; i < n_looks; i++)
-        names[i + 1] = looks[i].name;
-    return n_looks + 1;
-}
-
-/* Parameters of surface in focus, aperture and character that are set beside a look: "",
- * or "; swirl, cat-eye stay as they were set". */
-static void list_others(const struct state *state, char *text, size_t n_bytes)
-{
-    size_t n, used = 0;
-    int n_others = 0;
-    const struct rf_param_info *list = rf_param_list(&n);
-    *text = 0;
-    for (size_t i = 0; i < n && used < n_bytes; i++) {
-        struct field field;
-        field_of(&list[i], &field);
-        if (field.section < FIELD_FOCUS_SURFACE || field.section > FIELD_CHARACTER ||
-            settings_origin(&state->typed, list[i].key) != ORIGIN_COMMAND_LINE ||
-            state_setter(state, list[i].key) == SETTER_LOOK)
-            continue;
-        used += (size_t)snprintf(text + used, n_bytes - used, "%s%s",
-                                 n_others++ ? ", " : "; ", list[i].key);
-    }
-    if (n_others > 0 && used < n_bytes)
-        snprintf(text + used, n_bytes - used, " %s",
-                 n_others == 1 ? "stays as it was set" : "stay as they were set");
-}
-
-/* A look sets several parameters at once, in place of the look before. */
-static void look_row(struct app *app)
-{
-    const char *names[MOST_LOOKS + 1];
-    char others[256];
-    const int n = list_looks(names);
-    int index = 0;
-    for (int i = 1; i < n; i++)
-        if (strcmp(names[i], app->state.setters.look) == 0)
-            index = i;
-    ui_about(&app->ui,
-             &(struct ui_about){.tip = "Sets the parameters of a kind of lens, as "
-                                       "--look does, in place of those that the look "
-                                       "before set; rackfocus looks lists them."});
-    const bool is_changed = ui_choice(&app->ui, "Look", names, n, &index);
-    const bool was_reset = ui_was_reset(&app->ui);
-    if (!is_changed && !was_reset)
-        return;
-    if (was_reset)
-        index = 0;
-    if (!state_set_look(&app->state, index ? names[index] : "")) {
-        ui_fail(&app->ui, app->state.problem);
-        return;
-    }
-    list_others(&app->state, others, sizeof(others));
-    if (index)
-        view_say(app, "look %s is set%s", names[index], others);
-    else
-        view_say(app, "no look is set%s", others);
-}
-
 static void character_rows(struct app *app)
 {
     if (!ui_section(&app->ui, "Character", false))
         return;
-    look_row(app);
+    looks_menu_row(app);
     rows_of(app, FIELD_CHARACTER, true, true);
+    looks_menu_keep_rows(app);
 }
 
 /* ---- the view ------------------------------------------------------------------- */

@@ -12,6 +12,7 @@ struct view_options {
     const char *distribution_image;
     const char *reference; /* picture for the difference view */
     const char *params;    /* file of parameters */
+    const char *look;      /* of a kind of lens: a name or a file */
     const char *keep;      /* folder for the passes of a POV-Ray scene */
     const char *povray;    /* POV-Ray's program; NULL: as rackfocus povray finds it */
     const char *ocio;      /* configuration of OpenColorIO */

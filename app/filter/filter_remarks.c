@@ -13,6 +13,7 @@
 #include "filter/filter_private.h"
 #include "sources/camera_facts.h"
 #include "sources/depth_doubts.h"
+#include "sources/look_window.h"
 
 static void append(char *text, size_t n_bytes, const char *word)
 {
@@ -404,47 +405,22 @@ int filter_warn_aspect(const struct run *run)
                     rf_method_find(params->method)->name, params->pixel_aspect);
 }
 
-/* The first parameter that is measured in the picture and has an effect; NULL: none. */
-static const char *find_look_of_place(const struct run *run)
+static bool is_read(const void *user, const struct rf_param_info *info)
 {
-    static const char *const keys[] = {
-        "cat-eye",       "astigmatism",   "swirl",       "barn-left",
-        "barn-right",    "barn-top",      "barn-bottom", "field-curvature",
-        "split-diopter", "lateral-chroma"};
-    for (size_t i = 0; i < sizeof keys / sizeof *keys; i++) {
-        char text[RF_PARAM_TEXT_BYTES];
-        const struct rf_param_info *info = rf_param_find(keys[i]);
-        if (rf_params_get(&run->params, keys[i], text, sizeof text) == RF_OK &&
-            strtod(text, NULL) != 0 && !why_unread(run, info))
-            return keys[i];
-    }
-    return NULL;
+    return !why_unread(user, info);
 }
 
 int filter_warn_window(const struct run *run)
 {
-    const struct source *source = &run->source;
-    const struct image_box *display = &source->info.display_window;
-    struct rf_params fitted = run->settings->params;
-    const char *key =
-        settings_fit_looks(&source->info, &fitted) ? NULL : find_look_of_place(run);
-    if (!key)
-        return APP_DONE;
-    if (run->tool->scene)
-        return app_warn(
-            run->tool->host, run->error,
-            "--%s: is measured in the picture with the border beyond it, "
-            "%.3g times as wide; --overscan 0 leaves the border out",
-            key, (double)source->width / ((double)display->max_x - display->min_x + 1));
-    const char *path = image_path(source->colour);
-    return app_warn(
-        run->tool->host, run->error,
-        "--%s: is measured in the data window of %s, %d x %d px, not in its "
-        "display window, %d x %d px: the result is not as in the whole "
-        "picture; fill that up: oiiotool %s --croptofull -o whole.exr",
-        key, path, (int)source->width, (int)source->height,
-        (int)(display->max_x - display->min_x + 1),
-        (int)(display->max_y - display->min_y + 1), path);
+    char text[2400]; /* the path is in it twice */
+    const struct look_window given = {.source = &run->source,
+                                      .settings = run->settings,
+                                      .is_scene = run->tool->scene != NULL,
+                                      .is_read = is_read,
+                                      .user = run};
+    return look_window_explain(&given, text, sizeof(text))
+               ? app_warn(run->tool->host, run->error, "%s", text)
+               : APP_DONE;
 }
 
 /* ---- radii ------------------------------------------------------------------------

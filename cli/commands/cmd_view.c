@@ -11,6 +11,7 @@
 #include "process.h"
 #include "rackfocus/rackfocus.h"
 #include "sources/depth_repair.h"
+#include "sources/looks.h"
 #include "sources/params_file.h"
 #include "sources/picture.h"
 
@@ -34,6 +35,10 @@ static const struct option options[] = {
      .offset = AT(params),
      .value = "FILE",
      .help = "Parameters as the window saves them; options win over them."},
+    OPTION_TEXT_ROW("look", AT(look), "NAME",
+                    "Look of a kind of lens: " LOOK_NAMES
+                    ", your own, or a FILE.params; options "
+                    "and --params win over it."),
     {.name = "depth-file",
      .kind = OPTION_FILE,
      .offset = AT(depth_file),
@@ -265,6 +270,12 @@ int view_parse(int argc, char **argv, struct view_call *call)
         !params_file_read(call->options.params, &call->settings, &error)) {
         app_missing(&error, "params", call->options.params);
         code = exit_code(app_code_of(&error), &error);
+    }
+    call->below_look = call->settings;
+    if (code == OPTIONS_GO_ON && call->options.look &&
+        !look_read(call->options.look, &call->settings, &error)) {
+        message("%s", error.message);
+        code = EXIT_USAGE;
     }
     if (code == OPTIONS_GO_ON && !check_distribution(call))
         code = EXIT_USAGE;

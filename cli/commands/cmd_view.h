@@ -14,8 +14,9 @@
 /* One command line, parsed. */
 struct view_call {
     struct view_options options;
-    struct settings settings; /* with what was typed and what --params says */
-    struct operands operands; /* free with operands_free */
+    struct settings below_look; /* without what --look says */
+    struct settings settings;   /* with what was typed and what --params says */
+    struct operands operands;   /* free with operands_free */
 };
 
 /* OPTIONS_GO_ON, or the exit code to end with; messages have been printed. */

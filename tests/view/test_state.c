@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* What the user sets, and what follows from it. */
 #include "model/state.h"
+#include "sources/looks.h"
 #include "testing.h"
 
 /* A header that gives the lens by its radius, as POV-Ray's passes do. */
@@ -232,6 +233,27 @@ static void a_look_leaves_what_is_the_user_s(void)
     CHECK(state_set_look(&state, "") && state.params.cat_eye == 0.9);
 }
 
+/* A look of the command line is the menu's: the next one takes its place. */
+static void the_command_line_has_a_look(void)
+{
+    struct state state;
+    struct settings below, typed;
+    const struct resolver resolver = {resolve, NULL};
+    settings_init(&below);
+    settings_set(&below, "cat-eye", "0.8", NULL);
+    typed = below;
+    CHECK(look_read("vintage", &typed, NULL));
+    state_init(&state, &typed, 0);
+    state_begin_look(&state, "vintage", &below);
+    state_open(&state, &resolver, 480, 270, 1);
+    CHECK(state.params.swirl == 0.35 && state.params.cat_eye == 0.8);
+    CHECK(state_setter(&state, "swirl") == SETTER_LOOK &&
+          state_setter(&state, "cat-eye") == SETTER_COMMAND_LINE);
+    CHECK(state_set_look(&state, "mirror"));
+    CHECK(state.params.swirl == 0 && state.params.obstruction == 0.45);
+    CHECK(state_set_look(&state, "") && state.params.cat_eye == 0.8);
+}
+
 static void modes_toggle(void)
 {
     struct state state = open(NULL);
@@ -290,6 +312,7 @@ int main(int argc, char **argv)
     TEST(a_look_is_taken_and_comes_back);
     TEST(a_look_takes_the_place_of_another);
     TEST(a_look_leaves_what_is_the_user_s);
+    TEST(the_command_line_has_a_look);
     TEST(modes_toggle);
     TEST(the_job_has_what_is_seen);
     TEST(the_eye_stays_on_the_lens);

@@ -404,6 +404,40 @@ static void a_list_opens_above_the_rest(void)
     CHECK(ui.popup == 0 && choice == 2);
 }
 
+/* A list of more items than the panel has rows for: all can be seen and taken. */
+static void a_long_list_scrolls(void)
+{
+    enum { N = 40 };
+    static const char *many[N];
+    int index = 39;
+    for (int i = 0; i < N; i++)
+        many[i] = names[i % 3];
+    const int rows = panel.height / ui.row_height;
+    start();
+    for (int step = 0; step < 6; step++) {
+        const struct area *area = &ui.controls[0].area;
+        const struct area list = ui.popup_area;
+        input.is_pressed = step == 0 || step == 2 || step == 3 || step == 5;
+        input.is_released = false;
+        input.wheel = step == 4 ? 100 : 0;
+        input.x = area->x + 5;
+        input.y = step == 2 ? list.y + (rows - 0.5) * ui.row_height : area->y + 3;
+        if (step == 5)
+            input.y = list.y + 0.5 * ui.row_height;
+        ui_begin(&ui, &input, &panel);
+        ui_choice(&ui, "Many", many, N, &index);
+        ui_end(&ui);
+        if (step == 1) { /* it shows the item that is set */
+            CHECK(ui.popup != 0 && ui.popup_first == N - rows);
+            CHECK(ui.popup_area.y + ui.popup_area.height <= panel.y + panel.height);
+            index = 3;
+        }
+        if (step == 2)
+            CHECK(ui.popup == 0 && index == N - 1);
+    }
+    CHECK(ui.popup == 0 && index == 0); /* turned to its begin */
+}
+
 static void a_button_needs_the_release(void)
 {
     start();
@@ -478,6 +512,7 @@ int main(int argc, char **argv)
     TEST(keys_change_values);
     TEST(a_list_is_walked_by_keys);
     TEST(a_list_opens_above_the_rest);
+    TEST(a_long_list_scrolls);
     TEST(a_button_needs_the_release);
     TEST(a_long_column_scrolls);
     TEST(long_text_is_cut);

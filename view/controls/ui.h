@@ -96,6 +96,7 @@ struct ui {
     size_t caret;
     uint32_t popup;
     struct area popup_area;
+    int popup_first; /* the item at its top, where it has no room for all */
     struct ui_control controls[UI_MAX_CONTROLS]; /* of this frame, in order */
     uint32_t ids[UI_MAX_CONTROLS];
     int n_controls;

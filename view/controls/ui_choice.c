@@ -4,7 +4,29 @@
 
 #include "controls/ui_parts.h"
 
-/* The list below the field, or above it where there is no room. */
+/* How many of n items the list shows. */
+static int rows_of_list(const struct ui *ui, int n)
+{
+    const int most = ui->panel.height / ui->row_height;
+    return n < most ? n : most > 1 ? most : 1;
+}
+
+/* Moves the list of n items so that an item is seen; < 0: none need be. */
+static void scroll_list(struct ui *ui, int n, int item)
+{
+    const int rows = rows_of_list(ui, n);
+    int *first = &ui->popup_first;
+    if (item >= 0 && item < *first)
+        *first = item;
+    if (item >= *first + rows)
+        *first = item - rows + 1;
+    if (*first > n - rows)
+        *first = n - rows;
+    if (*first < 0)
+        *first = 0;
+}
+
+/* The list of n rows below the field, or above it where there is no room. */
 static struct area list_area(const struct ui *ui, const struct area *field, int n)
 {
     struct area list = {field->x, field->y + field->height, field->width,
@@ -31,12 +53,18 @@ static void pick_from_list(struct ui *ui, const struct area *field,
                            const char *const *names, const char *const *tips, int n,
                            int *index)
 {
-    const struct area list = list_area(ui, field, n);
+    const int rows = rows_of_list(ui, n);
+    const struct area list = list_area(ui, field, rows);
+    if (ui->input.wheel != 0) {
+        ui->popup_first -= (int)(3 * ui->input.wheel);
+        scroll_list(ui, n, -1);
+    }
+    const int first = ui->popup_first;
     ui->popup_area = list;
     ui_draw_box(ui, &ui->above, &list, EDIT_COLOUR);
-    for (int i = 0; i < n; i++) {
-        const struct area item = {list.x, list.y + i * ui->row_height, list.width,
-                                  ui->row_height};
+    for (int i = first; i < first + rows; i++) {
+        const struct area item = {list.x, list.y + (i - first) * ui->row_height,
+                                  list.width, ui->row_height};
         const bool is_here = area_has(&item, ui->input.x, ui->input.y);
         if (is_here || i == *index)
             ui_draw_box(ui, &ui->above, &item, is_here ? FILL_COLOUR : FIELD_COLOUR);
@@ -51,6 +79,19 @@ static void pick_from_list(struct ui *ui, const struct area *field,
             ui->input.is_pressed = false; /* not for what lies below the list */
         }
     }
+    if (rows < n) {
+        const struct area bar = {list.x + list.width - ui->gap,
+                                 list.y + first * list.height / n, ui->gap,
+                                 rows * list.height / n};
+        ui_draw_box(ui, &ui->above, &bar, OFF_COLOUR);
+    }
+}
+
+static void open_or_close_list(struct ui *ui, uint32_t id, int n, int index)
+{
+    ui->popup = ui->popup == id ? 0 : id;
+    ui->popup_first = 0;
+    scroll_list(ui, n, index);
 }
 
 static int step_choice(const struct ui *ui, int n, int index)
@@ -79,13 +120,16 @@ bool ui_choice(struct ui *ui, const char *label, const char *const *names, int n
         pick_from_list(ui, &area, names, now.about.choice_tips, n, index);
     if (!ui_takes_reset(ui, &now, &area)) {
         if (ui_is_pressed(ui, &now, &area))
-            ui->popup = ui->popup == now.id ? 0 : now.id;
-        if (ui->focus == now.id)
+            open_or_close_list(ui, now.id, n, *index);
+        if (ui->focus == now.id) {
             *index = step_choice(ui, n, *index);
+            if (ui->popup == now.id && *index != before)
+                scroll_list(ui, n, *index);
+        }
         /* Space and Enter open the list, and close it when it was walked. */
         if (ui->focus == now.id &&
             (ui->input.key == UI_KEY_ENTER || ui->input.key == UI_KEY_SPACE))
-            ui->popup = ui->popup == now.id ? 0 : now.id;
+            open_or_close_list(ui, now.id, n, *index);
     }
     char text[96];
     snprintf(text, sizeof(text), "▸ %s", names[*index]);

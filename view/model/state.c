@@ -19,6 +19,20 @@ void state_init(struct state *state, const struct settings *typed, double exposu
                             .zoom = {.scale = 1, .aspect = 1, .is_fitted = true}};
 }
 
+void state_begin_look(struct state *state, const char *name,
+                      const struct settings *below)
+{
+    size_t n;
+    struct setters *setters = &state->setters;
+    const struct rf_param_info *list = rf_param_list(&n);
+    memcpy(&setters->below, below, sizeof(*below)); /* compared with padding */
+    snprintf(setters->look, sizeof(setters->look), "%s", name);
+    for (size_t i = 0; i < n; i++)
+        if (settings_origin(&state->typed, list[i].key) == ORIGIN_COMMAND_LINE &&
+            settings_origin(below, list[i].key) != ORIGIN_COMMAND_LINE)
+            setters->of_typed[i] = SETTER_LOOK;
+}
+
 /* ---- parameters ----------------------------------------------------------------- */
 
 /* `setters` of what was typed; NULL: they stay. */

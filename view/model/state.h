@@ -70,6 +70,10 @@ struct state {
 
 void state_init(struct state *state, const struct settings *typed, double exposure);
 
+/* The command line named a look, which set what `below` lacks. */
+void state_begin_look(struct state *state, const char *name,
+                      const struct settings *below);
+
 /* Another picture. False with `problem` where its facts and the options conflict. */
 bool state_open(struct state *state, const struct resolver *resolver, int32_t width,
                 int32_t height, double aspect);
