@@ -162,6 +162,9 @@ int filter_warn_ends(const struct run *run);
 /* Radii that the largest one cuts, which nobody gave. */
 int filter_warn_cut(const struct run *run);
 
+/* A preview of several views, of which none was taken from the aperture's middle. */
+int filter_warn_shown_view(const struct run *run);
+
 /* One line: focus, aperture, radii, method. */
 void filter_say_done(const struct run *run);
 

@@ -300,7 +300,7 @@ static int read_facts(struct run *run)
 static int find_white(struct run *run)
 {
     const struct source *source = &run->source;
-    struct white_tally tally = {{0}};
+    struct white_tally tally = {.n_unlit = 0};
     if (run->windows || !filter_needs_white(run))
         return APP_DONE;
     white_tally_add(&tally, run->colour, (size_t)source->width * (size_t)source->height,
@@ -513,6 +513,8 @@ static int warn_facts(struct run *run)
         code = filter_warn_ends(run);
     if (code == APP_DONE)
         code = filter_warn_cut(run);
+    if (code == APP_DONE)
+        code = filter_warn_shown_view(run);
     return code == APP_DONE ? filter_warn_doubts(run) : code;
 }
 

@@ -337,7 +337,7 @@ static int judge_picture(struct windows *w)
     struct run *run = w->run;
     struct rf_depth_stats stats = {.size = sizeof(stats)};
     struct rf_depth_tally *tally;
-    struct white_tally light = {{0}};
+    struct white_tally light = {.n_unlit = 0};
     const bool needs_depth = filter_needs_depth(run);
     const bool needs_white = filter_needs_white(run);
     const struct rf_depth_channel whole = {

@@ -90,7 +90,7 @@ double white_of(const struct white_tally *tally)
 
 double white_of_pixels(const float *samples, size_t n, int n_channels)
 {
-    struct white_tally tally = {{0}};
+    struct white_tally tally = {.n_unlit = 0};
     white_tally_add(&tally, samples, n, n_channels);
     return white_of(&tally);
 }

@@ -106,6 +106,21 @@ def test_an_aperture_beside_the_views_is_warned_of(rackfocus, views, tmp_path):
     assert rackfocus(*arguments, "--lens-radius", "0.01").stderr == ""
 
 
+def test_a_preview_says_whose_view_it_is(rackfocus, views, tmp_path):
+    """One view, as it was taken, wherever the aperture is: silent before."""
+    words = ["filter", *views(), "-o", tmp_path / "o.exr", "--focus-distance", "1"]
+    words.append("--quality")
+    said = rackfocus(*words, "preview").stderr
+    assert (
+        "--quality preview: shows the nearest of the views alone, taken 0.05 b" in said
+    )
+    said = rackfocus(*words, "preview", "--aperture-at=0.02,0.01").stderr
+    assert "taken 0.0316 beside the middle" in said
+    right = ["--aperture-at=0.05,0", "--lens-radius", "0.01"]
+    assert rackfocus(*words, "preview", *right).stderr == ""
+    assert rackfocus(*words, "normal").stderr == ""
+
+
 def test_a_mean_says_what_it_is(rackfocus, views, tmp_path):
     mean = ["--method", "accumulate"]
     done = rackfocus("filter", *views(), "-o", tmp_path / "o.exr", *mean)
