@@ -24,7 +24,7 @@ def _drivers_of(camera):
             yield from (curve.driver for curve in owner.animation_data.drivers)
 
 
-def targets_of(driver):
+def _targets_of(driver):
     """What a driver reads of the scene or the view layer that is evaluated."""
     for variable in driver.variables:
         if variable.type == "CONTEXT_PROP":
@@ -60,7 +60,7 @@ def follow(cameras, scene, ours):
     for camera in cameras:
         for driver in _drivers_of(camera):
             is_changed = False
-            for target in targets_of(driver):
+            for target in _targets_of(driver):
                 is_layer = target.context_property == "ACTIVE_VIEW_LAYER"
                 pairs = [(scene, ours)]
                 if is_layer:

@@ -223,8 +223,6 @@ def on_frame_change_post(scene, depsgraph=None):
         are_open = scene.rack_focus.is_own_lens
         cameras, ours = camera_objects.cameras_of(source), setup.filter_scene_of(source)
         seen = set() if view_cameras.is_of_view(scene.camera) else {scene.camera}
-        if is_copy:
-            write(views.give_back, scene, depsgraph)
         write(camera_objects.open_lenses, cameras | seen, depsgraph, are_open)
         write(driven.follow, cameras, depsgraph.scene_eval, ours)
         write(setup.follow_subframe, source, ours)

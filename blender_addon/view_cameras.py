@@ -8,11 +8,8 @@ is not in use and whose suffix is the whole name, the user's camera stays that o
 So drivers, Geometry Nodes and scripts that ask for the scene's camera find it where it is
 in every view (a driver that reads it: 17.2 dB where 43.1 are right).
 
-The place and the shift are then those of the view's camera; its lens is that of the
-user's, whose evaluated copy has the tiny lens of sampling.py meanwhile. A focus object
-cannot be taken off that copy (Blender evaluates it anew then, now and then before the
-render): with one, and that lens, a copy's camera is that of a view. Where something asks
-for it, there is no tiny lens.
+A name that is longer than a suffix may be (5.0) is cut: the copy's camera is that of a
+view then.
 """
 
 import math
@@ -21,12 +18,10 @@ import bpy
 import numpy as np
 from mathutils import Matrix, Vector
 
-from . import camera_objects, driven, passes, sampling, walked
+from . import camera_objects, passes
 from .writing import set_if_other
 
 MARK = "rack_focus_view"  # custom property of our cameras
-# What sampling.open_lens() writes of a camera's depth of field.
-LENT = ("focus_distance", "aperture_fstop", "aperture_blades", "aperture_ratio")
 
 
 # ---- making them ------------------------------------------------------------------
@@ -71,55 +66,20 @@ def is_of_view(camera):
     return camera is not None and MARK in camera
 
 
-# ---- what asks for the scene's camera ---------------------------------------------
-
-ACTIVE_CAMERA = "GeometryNodeInputActiveCamera"
-
-
-def is_asked_for(scene):
-    """Do drivers or Geometry Nodes ask for the camera of the scene they are evaluated in?
-
-    Nobody knows it of scripts.
-    """
-    return walked.once(_is_asked_for, scene)
-
-
-def _is_asked_for(_scene):
-    trees = bpy.data.node_groups
-    if any(n.bl_idname == ACTIVE_CAMERA for tree in trees for n in tree.nodes):
-        return True
-    kinds = [p for p in bpy.data.bl_rna.properties if p.type == "COLLECTION"]
-    owners = [one for kind in kinds for one in getattr(bpy.data, kind.identifier)]
-    owners += [one.node_tree for one in owners if getattr(one, "node_tree", None)]
-    return any(
-        target.context_property == "ACTIVE_SCENE"
-        and target.data_path.startswith("camera")
-        for one in owners
-        if getattr(one, "animation_data", None) is not None
-        for curve in one.animation_data.drivers
-        for target in driven.targets_of(curve.driver)
-    )
-
-
 # ---- looking through them ---------------------------------------------------------
 
 
 def has_camera(copy, camera):
-    """Do views of a camera object leave it the copy's camera?
-
-    Not those that look_through() was told, nor of one whose name has more bytes than a
-    suffix (5.0).
-    """
+    """Do views of a camera object leave it the copy's camera?"""
     render = copy.render
     return render.use_multiview and render.views[-1].camera_suffix == camera.name
 
 
-def look_through(copy, camera, names, is_left=True):
+def look_through(copy, camera, names):
     """Lets a copy render the views of a camera object, in a frame.
 
     names: of the objects of add() whose views are rendered; they become children of the
-    camera. is_left: is it the copy's camera, where its name allows that? Else the first
-    view's is.
+    camera, which is the copy's where its name allows that. Else the first view's is.
     """
     for name in names:
         view_camera = bpy.data.objects[name]
@@ -129,31 +89,9 @@ def look_through(copy, camera, names, is_left=True):
     for view in views:
         view.use = view.camera_suffix in names
     base.use = False
-    set_if_other(base, "camera_suffix", camera.name if is_left else "")
+    set_if_other(base, "camera_suffix", camera.name)
     is_found = has_camera(copy, camera)
     set_if_other(copy, "camera", camera if is_found else bpy.data.objects[names[0]])
-
-
-def lend(seen, made, radius_px, lent):
-    """Gives a user's evaluated camera the tiny lens that its views are taken with.
-
-    seen: without a focus object; made: its rackfocus.Lens; radius_px: of sampling.py's
-    disc; lent: dictionary for give_back().
-    """
-    dof = seen.data.dof
-    own = {name: getattr(dof, name) for name in LENT}
-    sampling.open_lens(seen.data, made, radius_px)
-    set_if_other(dof, "use_dof", True)
-    lent.clear()
-    lent.update({name: (own[name], getattr(dof, name)) for name in LENT})
-
-
-def give_back(seen, lent):
-    """Undoes lend() in what was not evaluated anew since."""
-    dof = seen.data.dof
-    for name, (own, ours) in lent.items():
-        if getattr(dof, name) == ours:
-            setattr(dof, name, own)
 
 
 def put(camera, seen, made, distance, point, is_first):

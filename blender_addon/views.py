@@ -81,7 +81,6 @@ class Session:
         self.n_views = 1  # of the frame
         self.frame_scale = 1  # of the frame: 1 too where it cannot be filtered
         self.places = {}  # of the frame's views, by their numbers
-        self.lent = {}  # of view_cameras.lend()
         self.placed = set()  # names of cameras that were put in their places for it
         self.problem = ""  # why they could not be placed
         self.note = ""  # on the frame's views, for the user
@@ -454,10 +453,8 @@ def _prepare_copy(session, copy, index):
         return
     names = session.camera_names[:n_cameras]
     names = names[index : index + 1] if session.is_sequence else names
-    has_object = session.camera.data.dof.focus_object is not None
-    is_left = not (has_object and _is_moved(source, session))
     names = names or session.camera_names[:1]
-    view_cameras.look_through(copy, session.camera, names, is_left)
+    view_cameras.look_through(copy, session.camera, names)
 
 
 def _split_samples(scene, copy, index):
@@ -492,13 +489,11 @@ def _split_samples(scene, copy, index):
 
 
 def _is_moved(scene, session):
-    """Are the frame's views moved within their pixels? See sampling.py, view_cameras.py."""
+    """Are the frame's views moved within their pixels? See sampling.py."""
     data, n, scale = session.camera.data, session.n_views, session.frame_scale
     each = camera_objects.settings_of(session.camera).view_samples
     samples = sampling.samples_of_view(sampling.samples_of(scene), n, each, scale)
-    if n < 2 or not sampling.is_needed(scene, data, samples, scale):
-        return False
-    return data.dof.focus_object is None or not view_cameras.is_asked_for(scene)
+    return n > 1 and sampling.is_needed(scene, data, samples, scale)
 
 
 def moment_of(scene):
@@ -564,18 +559,6 @@ def follow(scene, depsgraph):
             sampling.open_lens(camera.data, made, spread_px)
         if part == 0:
             session.places[number // n_parts] = place._replace(spread_px=spread_px)
-    if is_moved and view_cameras.has_camera(scene, session.camera):
-        view_cameras.lend(seen, made, spread_px, session.lent)
-
-
-def give_back(scene, depsgraph):
-    """Gives the user's evaluated camera its own lens back, before it is read."""
-    source = scene.rack_focus.viewed
-    session = _sessions.get(source.name) if source is not None else None
-    if session is not None and session.camera is not None and session.lent:
-        seen = session.camera.evaluated_get(depsgraph)
-        if seen.is_evaluated:
-            view_cameras.give_back(seen, session.lent)
 
 
 def _points(camera, scene, n):
