@@ -19,6 +19,7 @@ from . import (
     memory,
     mirrors,
     outputs,
+    persistent,
     refocusing,
     sampling,
     setup,
@@ -125,6 +126,7 @@ class CameraPanel(InCamera):
                 *outputs.describe(scene),
                 *unblurred.describe(scene),
                 *local_cameras.describe(scene),
+                *persistent.describe(scene),
             ):
                 column.label(text=text, icon="INFO")
         if settings.method in views.METHODS:

@@ -163,6 +163,9 @@ def describe(settings, scene, n):
         lines.append(f"{MOST_MERGED} views at most can be merged")
     if is_one_by_one(settings, scene):
         lines.append("The views are rendered one after another")
+        lines.append("Each prepares the scene anew, which takes longer")
+    elif scene.render.use_motion_blur:
+        lines.append("With Motion Blur, each view prepares what may move anew")
     lines += view_textures.describe(scene)
     if moving.may_lose_shear(scene, settings.id_data):
         lines.append("With Motion Blur, one view where this camera moves")

@@ -263,6 +263,7 @@ def an_orthographic_camera_that_moves_has_one_view_with_motion_blur():
     unchanged(scene, before)
     lines = addon("views").describe(data.rack_focus, scene, 4)
     assert any("one view where this camera moves" in line for line in lines), lines
+    assert any("each view prepares" in line for line in lines), lines
     data.rack_focus.method, data.rack_focus.shutter_spread = "accumulate", True
     bpy.ops.render.render()
     assert len(kept(scene)) == 4 and not last_message(scene), last_message(scene)
@@ -288,6 +289,36 @@ def memory_of_views_is_said():
         lines = addon("views").describe(data.rack_focus, scene, 8)
         found = [text for text in lines if text.startswith("The views need")]
         assert found == ([line] if line else []), (width, is_denoised, lines)
+
+
+@check
+def persistent_data_that_is_dropped_is_said():
+    """Blender prepares what stands still anew where its nodes show a second scene."""
+    scene = bpy.context.scene
+    describe = addon("persistent").describe
+    assert not describe(scene)
+    scene.render.use_persistent_data = True
+    scene.frame_start, scene.frame_end = 1, 2
+    set_output(scene, OUT / "persistent_####.exr")
+    found = []
+
+    def look(seen, depsgraph=None):
+        if (
+            depsgraph is not None
+            and depsgraph.mode == "RENDER"
+            and len(seen.objects) > 9
+        ):
+            found.append(any(one.is_updated_geometry for one in depsgraph.updates))
+
+    bpy.app.handlers.frame_change_post.append(look)
+    for views, is_dropped in ((0, False), (1, True), (2, True)):
+        if views:
+            start(views=views)
+        bpy.ops.render.render(animation=True)
+        assert found == [True, is_dropped], (views, found)
+        found.clear()
+    bpy.app.handlers.frame_change_post.remove(look)
+    assert "no effect" in describe(scene)[0]
 
 
 checking.run(check, "sampling_results.json")

@@ -439,7 +439,8 @@ def one_after_another():
     assert "one after another" in last_message(scene)
     assert result("lost").max() > 0.1  # never black
     lines = addon("views").describe(data.rack_focus, scene, 3)
-    assert "The views are rendered one after another" in lines, lines
+    at = lines.index("The views are rendered one after another")
+    assert "anew" in lines[at + 1], lines
     the_panel_says_what_views_cost(scene, data.rack_focus)
     before = settings_of(scene)
     bpy.ops.render.render()
