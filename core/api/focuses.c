@@ -110,7 +110,8 @@ static double move_of(const struct focuses *s, const struct rf_view *view,
     struct rf_work_view w;
     if (s->n_views == 1)
         return 0;
-    rf_work_view_place(&w, view->lens_offset, view->shear_distance, &s->frame->lens);
+    rf_work_view_place(&w, view->lens_offset, view->shear_distance, &s->frame->lens,
+                       s->frame->params.pixel_aspect);
     double px = fabs(w.shift_scale) * (largest + fabs(s->diopter.px));
     return rf_length(w.lens[0], w.lens[1]) * (px + fabs(w.shift_bias));
 }

@@ -324,7 +324,7 @@ static rf_result margin_of(const struct rf_frame *f, const struct rf_survey *sur
     }
     for (int j = 0; j < n_views; j++)
         rf_work_view_place(&places[j], surveys[j].lens_offset,
-                           surveys[j].shear_distance, &f->lens);
+                           surveys[j].shear_distance, &f->lens, f->params.pixel_aspect);
     double extent[2];
     rf_shape_extent(&f->shape, extent);
     float reach = work.largest_radius * (float)fmax(fmax(extent[0], extent[1]), 1);

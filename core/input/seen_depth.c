@@ -87,9 +87,11 @@ static struct rf_seen_view place_view(const struct rf_frame *f,
                                       const struct rf_view *view)
 {
     struct rf_work_view a, b;
-    rf_work_view_place(&a, first->lens_offset, first->shear_distance, &f->lens);
-    rf_work_view_place(&b, view->lens_offset, view->shear_distance, &f->lens);
-    const double up = -f->params.pixel_aspect;
+    rf_work_view_place(&a, first->lens_offset, first->shear_distance, &f->lens,
+                       f->params.pixel_aspect);
+    rf_work_view_place(&b, view->lens_offset, view->shear_distance, &f->lens,
+                       f->params.pixel_aspect);
+    const double up = -1; /* rows are counted downwards */
     return (struct rf_seen_view){
         .slope = {(double)b.lens[0] * b.shift_scale - (double)a.lens[0] * a.shift_scale,
                   ((double)b.lens[1] * b.shift_scale -

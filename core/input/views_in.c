@@ -23,14 +23,16 @@
  * How views shift: rf_work_view.shift_*. A view moved by R u sees a point at distance z
  * moved by u R f_px (1/D - 1/z), D the plane that its shear keeps fixed (1/D = 0 for
  * parallel cameras); with the lens' r = bias + scale / z that is linear in r.
- * Orthographic: u R p (z / D - 1), r = bias + scale z.
+ * Orthographic: u R p (z / D - 1), r = bias + scale z. Along v rows are counted, of which
+ * a px has pixel_aspect; places on the lens are v / pixel_aspect again.
  */
 void rf_work_view_place(struct rf_work_view *w, const double lens_offset[2],
-                        double shear_distance, const struct rf_lens *lens)
+                        double shear_distance, const struct rf_lens *lens,
+                        double pixel_aspect)
 {
     double d = shear_distance, radius = lens->lens_radius;
     w->lens[0] = (float)(lens_offset[0] / radius);
-    w->lens[1] = (float)(lens_offset[1] / radius);
+    w->lens[1] = (float)(lens_offset[1] / radius * pixel_aspect);
     double slope, base;
     if (lens->projection == RF_PROJECTION_PERSPECTIVE) {
         slope = -radius * lens->focal_length_px;
@@ -96,7 +98,8 @@ rf_result rf_work_load_depth(struct rf_work *work, const struct rf_view *views,
         /* Radii that depend on the place do not tell distances. */
         bool has_mean = view->mean_depth.data && !rf_field_is_used(f);
         w->mean_depth = has_mean ? &view->mean_depth : NULL;
-        rf_work_view_place(w, view->lens_offset, view->shear_distance, &f->lens);
+        rf_work_view_place(w, view->lens_offset, view->shear_distance, &f->lens,
+                           f->params.pixel_aspect);
         if (!f->apart)
             w->shift_bias -=
                 w->shift_scale * (float)f->radius_shift; /* no colour moves */

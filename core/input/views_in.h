@@ -20,7 +20,8 @@ struct rf_work_view {
     float *colour[4];             /* planes, width x height, packed */
     const float *radius;          /* signed, likewise */
     float largest_radius;         /* of them, without sign */
-    float lens[2]; /* where on the unit lens it was taken, u right and v up */
+    float
+        lens[2]; /* where on the unit lens it was taken, u right and v up, v in rows */
     /*
      * A point of radius r lies at (x, y) + (u, -v) (shift_scale r + shift_bias) in the
      * view, with (x, y) its place in the view of the lens' centre.
@@ -64,7 +65,8 @@ rf_result rf_view_check_place(const struct rf_view *view, struct rf_error *error
 
 /* Sets where a view was taken: `lens` and `shift_*`. */
 void rf_work_view_place(struct rf_work_view *w, const double lens_offset[2],
-                        double shear_distance, const struct rf_lens *lens);
+                        double shear_distance, const struct rf_lens *lens,
+                        double pixel_aspect);
 
 /*
  * Loading, in this order: depths to radii, and where the views were taken; then their

@@ -132,7 +132,8 @@ static void rank_views(const struct rf_view_cell *cell)
     float distance2[RF_MAX_VIEWS];
     for (int j = 0; j < work->n_views; j++) {
         const float *lens = work->views[j].lens;
-        float u = lens[0] - middle[0], v = lens[1] - middle[1];
+        float u = lens[0] - middle[0];
+        float v = (lens[1] - middle[1]) / (float)work->frame->params.pixel_aspect;
         distance2[j] = u * u + v * v;
     }
     *views = (struct rf_cell_views){.own = cell->own};

@@ -33,8 +33,9 @@ static int nearest_view(const struct rf_work *work, uint64_t views, const double
     double least = INFINITY;
     for (; views; views &= views - 1) {
         int j = __builtin_ctzll(views);
-        double d =
-            rf_length(work->views[j].lens[0] - at[0], work->views[j].lens[1] - at[1]);
+        double d = rf_length(work->views[j].lens[0] - at[0],
+                             work->views[j].lens[1] / work->frame->params.pixel_aspect -
+                                 at[1]);
         if (d < least) {
             least = d;
             best = j;
@@ -65,7 +66,8 @@ static void measure_cell(struct rf_view_cell *cell, const double centroid[2])
     rf_shape_extent(&cell->frame.shape, extent);
     for (int k = 0; k < 2; k++) {
         cell->extent[k] = (float)extent[k];
-        cell->centroid[k] = (float)centroid[k];
+        cell->centroid[k] =
+            (float)(centroid[k] * (k ? cell->frame.shape.pixel_aspect : 1));
     }
 }
 
@@ -79,7 +81,8 @@ static void copy_places(const struct rf_work *work, double (*place)[2])
 {
     for (int j = 0; j < work->n_views; j++)
         for (int k = 0; k < 2; k++)
-            place[j][k] = work->views[j].lens[k];
+            place[j][k] =
+                work->views[j].lens[k] / (k ? work->frame->params.pixel_aspect : 1);
 }
 
 static struct parts cut_lens(const struct rf_work *work)

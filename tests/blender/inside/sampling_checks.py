@@ -292,6 +292,28 @@ def memory_of_views_is_said():
 
 
 @check
+def views_of_another_plane_of_pixels_that_are_not_square():
+    """Merged as those of the plane in focus are, up to what they show and do not."""
+    scene, _ = start(views=4)
+    scene.render.pixel_aspect_y, scene.cycles.samples = 1.6, 128
+    sampling, pictures = addon("sampling"), []
+    whole = sampling.plane_in_place
+
+    def four_px_off(made, *_):
+        return 1 / (
+            1 / made.focus_distance - 4 / made.lens_radius / made.focal_length_px
+        )
+
+    for sampling.plane_in_place in (whole, four_px_off):
+        pictures.append(rgba(render(scene, OUT / "aspect.exr")))
+        assert not last_message(scene), last_message(scene)
+    sampling.plane_in_place = whole
+    found = tpsnr(*pictures)
+    print("ASPECT", found)
+    assert found > 35, found
+
+
+@check
 def persistent_data_that_is_dropped_is_said():
     """Blender prepares what stands still anew where its nodes show a second scene."""
     scene = bpy.context.scene
