@@ -9,14 +9,17 @@
  * have the same in theirs, which are N times smaller. So N x N pixels are not averaged, but
  * weighed by a filter of that kind whose variance is what is missing:
  *
- *     missing, px^2 of the passes = N^2 V - V - S - P
+ *     missing, px^2 of the passes = N^2 V - V - 1/8
  *
- * V is the variance of the renderer's filter in its pixels, on each axis. S is what the
- * filter itself spreads: a pixel is blurred as a whole, 1/12, and rims of footprints are
- * smoothed. It is there where there is blur alone, and seen most at the rims of lamps: 1/8
- * is between what they and textures in focus like. P is for views whose pixels lie between
- * those of others in the focus: 1/6 of placing them, and the disc of 0.5 px in place of V
- * that the add-on's views of few samples have (docs/views.md).
+ * V is the variance of the renderer's filter in its pixels, on each axis. 1/8 is what the
+ * lens spreads: a pixel is blurred as a whole, 1/12, and rims of footprints are smoothed.
+ * That is where there is blur alone, and seen most at the rims of lamps, which like more
+ * of it, as textures in focus like none.
+ *
+ * Where views of few samples are moved within their pixels (docs/views.md), which a plane
+ * off the focus tells that stays in place, they have a disc of 0.5 px of the picture in
+ * place of V, 1/16 of its px^2, and are placed between pixels, 1/6. Of both 0.85 are made
+ * up for, of which textures in focus like less and rims more.
  *
  * Worth of it against the mean of N x N px, whose edges in focus are 5.9 % off the
  * renderer's: docs/notebook/rivals.md.
@@ -80,7 +83,8 @@ static const struct {
 } KINDS[] = {[FILTER_PIXELS_BLACKMAN_HARRIS] = {blackman_harris, 1, 0.0767371},
              [FILTER_PIXELS_GAUSSIAN] = {gaussian, 1.5, 0.0277777}};
 
-static const double SPREAD = 1 / 8.0, PLACING = 1 / 6.0, DISC = 0.5 * 0.5 / 4;
+static const double SPREAD = 1 / 8.0, DISC = 1 / 16.0, PLACING = 1 / 6.0;
+static const double MADE_UP_FOR = 0.85;
 
 /* Does a plane off the focus, by more than this px of radius, stay in place in the views?
  * Those of few samples have 1.5, others 0. */
@@ -102,10 +106,11 @@ static double reach_of(const struct run *run)
     const int kind = run->tool->pixel_filter, n = run->tool->supersample;
     const double given = run->tool->pixel_filter_width;
     const double width = given > 0 ? given : FILTER_PIXELS_USUAL_WIDTH;
-    const double whole = width * width * KINDS[kind].reach * KINDS[kind].reach *
-                         KINDS[kind].variance;
-    const double passes = are_moved(run) ? DISC + PLACING : whole;
-    const double missing = fmax(n * n * whole - passes - SPREAD, 0);
+    const double whole =
+        width * width * KINDS[kind].reach * KINDS[kind].reach * KINDS[kind].variance;
+    const double there =
+        are_moved(run) ? MADE_UP_FOR * (n * n * DISC + PLACING) : whole + SPREAD;
+    const double missing = fmax(n * n * whole - there, 0);
     return sqrt(missing / KINDS[kind].variance);
 }
 
