@@ -2,6 +2,7 @@
 /* What is remembered from the last time, and the list of files to open. */
 #include <stdlib.h>
 
+#include "file.h"
 #include "folder.h"
 #include "leftovers.h"
 #include "model/browser.h"
@@ -66,11 +67,19 @@ static void what_is_broken_is_as_good_as_none(void)
 
 static void the_folder_for_state_is_found(void)
 {
-    setenv("XDG_STATE_HOME", folder, 1);
-    CHECK(remembered_path(path, sizeof(path)));
-    CHECK(strncmp(path, folder, strlen(folder)) == 0 && strstr(path, "rackfocus"));
+    char *full = os_file_full_path(folder);
+    setenv("XDG_STATE_HOME", full ? full : "", 1);
+    setenv("HOME", full ? full : "", 1); /* is not written to */
+    CHECK(full != NULL && remembered_path(path, sizeof(path)));
+    CHECK(full && strncmp(path, full, strlen(full)) == 0);
+    CHECK(!strstr(path, ".local") && strstr(path, "rackfocus"));
     static const struct remembered nothing;
     CHECK(remembered_write(&nothing, path)); /* the folder was made */
+    /* XDG's Base Directory Specification: a path that is not full does not count. */
+    setenv("XDG_STATE_HOME", folder, 1);
+    unsetenv("LOCALAPPDATA");
+    CHECK(remembered_path(path, sizeof(path)) && strstr(path, "/.local/state/"));
+    free(full);
 }
 
 static void a_folder_is_listed_and_entered(void)
