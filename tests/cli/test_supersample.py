@@ -22,8 +22,10 @@ def write(path, pixels, names, window=(0, 0), facts=()):
     spec = oiio.ImageSpec(pixels.shape[1], pixels.shape[0], pixels.shape[2], "float")
     spec.channelnames = tuple(names)
     spec.x, spec.y = window
+    pair = oiio.TypeDesc(oiio.FLOAT, oiio.VEC2)
     for name, value in facts:
-        spec.attribute(name, value)
+        kind = (pair,) if isinstance(value, tuple) else ()
+        spec.attribute(name, *kind, value)
     out = oiio.ImageOutput.create(str(path))
     assert out.open(str(path), spec)
     assert out.write_image(np.ascontiguousarray(pixels, np.float32))
@@ -150,6 +152,48 @@ def test_an_edge_in_focus_is_the_renderers(
     right = edge(function, width or usual, np.arange(24) + 0.5 - place)
     worst = np.abs(made - right).max()
     assert worst < most
+
+
+def shrunk(picture, missing):
+    """By half, through a filter of so much variance, px^2 of the picture."""
+    reach = np.sqrt(missing / 0.0767371)
+    steps = np.arange(0.5, reach)
+    steps = np.concatenate([-steps[::-1], steps])
+    taps = blackman_harris(steps, reach)
+    for axis in (0, 1):
+        side = np.moveaxis(picture, axis, 0)
+        first = np.arange(len(side) // 2) * 2 + 0.5
+        at = (first[:, None] + steps).astype(int).clip(0, len(side) - 1)
+        side = np.tensordot(taps / taps.sum(), side[at], (0, 1))
+        picture = np.moveaxis(side, 0, axis)
+    return picture
+
+
+@pytest.mark.parametrize("off_px", [0, 1.5])
+def test_what_views_lack_of_the_pixel_filter(rackfocus, tmp_path, off_px):
+    """Views that are moved within their pixels have another filter, by their plane."""
+    views = []
+    for path in sorted(REFERENCES.glob("posts_view0[05].exr")):
+        pixels, spec = read(path)
+        facts = {f.name: f.value for f in spec.extra_attribs if "rackfocus:" in f.name}
+        focus = facts["rackfocus:focusDistance"]
+        scale = facts["rackfocus:lensRadius"] * facts["rackfocus:focalLengthPx"]
+        facts["rackfocus:shearDistance"] = 1 / (1 / focus - off_px / scale)
+        views.append(
+            write(tmp_path / path.name, pixels, spec.channelnames, facts=facts.items())
+        )
+    large, small = tmp_path / "large.exr", tmp_path / "small.exr"
+    words = ["filter", *views, "-q", "--type", "float"]
+    rackfocus(*words, "-o", large)
+    rackfocus(*words, "-o", small, "--supersample", 2)
+    whole = 1.5**2 * 0.0767371  # of Cycles' filter
+    missing = {0: 3 * whole - 1 / 8, 1.5: 4 * whole - 0.85 * (4 / 16 + 1 / 6)}
+    made, picture = read(small)[0].clip(0, 1), read(large)[0].astype("f8")
+    errors = {
+        off: np.abs(shrunk(picture, lacks).clip(0, 1) - made).max()
+        for off, lacks in missing.items()
+    }
+    assert errors.pop(off_px) < 1e-3 < 0.01 < errors.popitem()[1]
 
 
 def test_even_light_stays_as_it_is(rackfocus, tmp_path):
