@@ -23,9 +23,9 @@ from . import bodies, camera_objects, freestyle, group, lens, setup
 MOST = 4
 LARGEST_PX = 32768  # of a side, for Blender and the filter
 PLACING = 1 / 6  # variance of placing anywhere between two pixels by both, px^2
-# Of what moved views have, so much is made up for: eight views of 64 samples of fine
-# textures in focus like less (plane +0.4 dB, foliage +0.5), rims of lamps more (posts
-# -0.1). app/filter/filter_shrink.c has the same.
+# Of what moved views have, so much is made up for: eight denoised views of 64 samples of
+# fine textures in focus like less (plane +0.5 dB, foliage +0.7), rims of lamps more (posts
+# -0.1), measured by the command (app/filter/filter_shrink.c, docs/notebook/rivals.md).
 MADE_UP_FOR = 0.85
 
 
