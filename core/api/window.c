@@ -345,7 +345,7 @@ static rf_result window_around(const struct rf_frame *f,
                                const struct rf_window *kept, struct rf_window *given,
                                struct rf_error *error)
 {
-    if (n_views == 1 && surveys->largest_radius < RF_SHARP_PX) {
+    if (n_views == 1 && rf_frame_is_sharp(f, surveys->largest_radius)) {
         *given = *kept;
         return RF_OK;
     }
@@ -470,7 +470,7 @@ static rf_result run(const struct job *job, const struct rf_view *views,
     const struct rf_frame *f = work->frame;
     const struct rf_window *given = job->given, *kept = job->kept;
     int x = kept->x - given->x, y = kept->y - given->y;
-    if (work->n_views == 1 && work->largest_radius < RF_SHARP_PX) {
+    if (work->n_views == 1 && rf_frame_is_sharp(f, work->largest_radius)) {
         struct rf_image from = views->colour;
         from.data = (void *)rf_image_at(&views->colour, x, y, 0);
         rf_frame_copy_light(&f->params, &from, job->out);

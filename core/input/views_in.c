@@ -108,9 +108,16 @@ rf_result rf_work_load_depth(struct rf_work *work, const struct rf_view *views,
     return RF_OK;
 }
 
+bool rf_frame_is_sharp(const struct rf_frame *f, float largest_radius)
+{
+    static const float SHARP_PX = 1.0f / 64;
+    return largest_radius < SHARP_PX && f->params.spherical == 0;
+}
+
 bool rf_work_is_sharp(const struct rf_work *work)
 {
-    return work->n_views == 1 && work->views->largest_radius < RF_SHARP_PX &&
+    return work->n_views == 1 &&
+           rf_frame_is_sharp(work->frame, work->views->largest_radius) &&
            !rf_field_is_used(work->frame) &&
            !(work->frame->by_colour && work->frame->params.axial_chroma != 0);
 }

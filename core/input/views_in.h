@@ -77,9 +77,11 @@ rf_result rf_work_load_depth(struct rf_work *work, const struct rf_view *views,
 rf_result rf_work_load_light(struct rf_work *work, const struct rf_view *views,
                              struct rf_error *error);
 
-/* A picture whose every radius is below this is its own blur: half a step of the
- * radius. */
-static const float RF_SHARP_PX = 1.0f / 64;
+/*
+ * Is a picture whose radii are at most largest_radius px its own blur? Where they are all
+ * below half a step of the radius, and spherical aberration gives what is in focus no glow.
+ */
+bool rf_frame_is_sharp(const struct rf_frame *f, float largest_radius);
 
 /* Once depths are loaded: is the picture its own blur? */
 bool rf_work_is_sharp(const struct rf_work *work);

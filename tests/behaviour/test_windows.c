@@ -318,6 +318,17 @@ static void a_sharp_picture_is_copied(void)
     subject_free(&s);
 }
 
+/* In focus as well spherical aberration takes light to what is around. */
+static void a_sharp_picture_that_glows(void)
+{
+    static const struct setting settings[] = {{"spherical", "3"}, {NULL, NULL}};
+    static const int height = 101;
+    struct subject s = subject_make(90, 701, 3, 0.001, settings);
+    check_strips(&s, &height, 1);
+    CHECK(memcmp(s.f.out, s.f.colour, frame_bytes(&s.f)) != 0);
+    subject_free(&s);
+}
+
 /* What was said to be needed is enough, and a sixth of it is not. */
 static void memory_is_as_announced(void)
 {
@@ -486,6 +497,7 @@ int main(int argc, char **argv)
     TEST(negative_colours_of_the_whole);
     TEST(surveys_of_any_windows);
     TEST(a_sharp_picture_is_copied);
+    TEST(a_sharp_picture_that_glows);
     TEST(memory_is_as_announced);
     TEST(bad_windows_are_refused);
     TEST(other_methods_are_refused);

@@ -37,6 +37,42 @@ static void in_focus_is_bit_for_bit(void)
             }
 }
 
+/* A lamp before a wall, both of radius r_px, with a lens of spherical aberration. */
+static struct frame glow(double r_px, int quality)
+{
+    struct frame f = frame_make(64, 48, 3);
+    struct rf_params params;
+    plain_params(&params, RF_METHOD_LAYERED);
+    params.spherical = 3;
+    params.quality = quality;
+    for (size_t i = 0; i < frame_pixels(&f); i++) {
+        f.depth[i] = plain_depth(r_px);
+        for (size_t c = 0; c < 3; c++)
+            f.colour[3 * i + c] = 0.2f + 0.4f * (float)((i / 4 + i / 256) % 2);
+    }
+    for (int c = 0; c < 3; c++)
+        frame_at(&f, f.colour, 40, 20)[c] = 60;
+    CHECK(frame_filter(&f, &params, 2, NULL) == RF_OK);
+    return f;
+}
+
+/* What is in focus glows also where the whole picture is, as it does next to it. */
+static void in_focus_glows_with_spherical_aberration(void)
+{
+    for (int quality = RF_QUALITY_PREVIEW; quality <= RF_QUALITY_BEST; quality++) {
+        struct frame at = glow(0, quality), next = glow(0.02, quality);
+        double off = 0, sum = 0;
+        for (size_t i = 0; i < frame_pixels(&at) * 3; i++) {
+            off += fabs((double)at.out[i] - (double)next.out[i]);
+            sum += (double)next.out[i];
+        }
+        CHECK(off < 0.01 * sum);
+        CHECK(frame_at(&at, at.out, 40, 20)[0] < 0.75f * 60);
+        frame_free(&at);
+        frame_free(&next);
+    }
+}
+
 /* The aperture closed as far as it goes: nothing is blurred, whatever the depth. */
 static void a_pinhole_gives_the_input(void)
 {
@@ -316,6 +352,7 @@ int main(int argc, char **argv)
     testing_begin(argc, argv);
     rf_method_list(&n_methods);
     TEST(in_focus_is_bit_for_bit);
+    TEST(in_focus_glows_with_spherical_aberration);
     TEST(a_pinhole_gives_the_input);
     TEST(constant_stays_constant_at_any_depth);
     TEST(constant_walls_beyond_the_first_level);

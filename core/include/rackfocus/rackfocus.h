@@ -602,8 +602,9 @@ RF_API const struct rf_lens *rf_filter_lens(const struct rf_filter *filter);
 /**
  * Filters one frame. `out` has the size and the channel count of the first view's
  * colour and may be the same view. `n_views` is 1 for the methods of one view. A
- * picture whose radii are all below 1/64 px is returned bit for bit. `progress` may be
- * NULL. RF_ERROR_DEPTH and RF_ERROR_PIXEL name the first bad pixel and the count.
+ * picture whose radii are all below 1/64 px is returned bit for bit, but for what tilt,
+ * curvature, a split diopter, chroma, exposure and spherical aberration do to it.
+ * `progress` may be NULL. RF_ERROR_DEPTH and RF_ERROR_PIXEL name the first bad pixel and the count.
  * Depth that is all infinite is all blurred; where 0 means infinite, nothing but 0 is
  * taken for an empty channel: RF_ERROR_DEPTH.
  */
@@ -750,7 +751,8 @@ struct rf_deep {
  * `layered`, whose parameters apply, but for the splitting of edges and the exact
  * highlights, which a deep frame does not need or have.
  *
- * A picture whose radii are all below 1/64 px gives rf_deep_flatten(). RF_ERROR_DEPTH
+ * A picture whose radii are all below 1/64 px gives rf_deep_flatten(), but with
+ * spherical aberration, which glows there, too. RF_ERROR_DEPTH
  * and RF_ERROR_PIXEL name the first bad pixel and the count of bad samples;
  * RF_ERROR_PARAMETER: another method, tilt, field curvature, a split diopter, chroma or
  * an aperture in colour. Since 0.1.

@@ -480,7 +480,7 @@ static rf_result run(struct rf_deep_work *d, struct rf_work *work,
 {
     const struct rf_frame *f = d->frame;
     work->largest_radius = flatten_all(d);
-    if (work->largest_radius < RF_SHARP_PX) {
+    if (rf_frame_is_sharp(f, work->largest_radius)) {
         rf_frame_store(f->context, &f->params, d->planes, (size_t)f->width, out);
         return RF_OK;
     }
