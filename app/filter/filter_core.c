@@ -113,6 +113,16 @@ static void log_remark(void *user, enum rf_log_level level, const char *text)
 
 /* ---- context and filter --------------------------------------------------------- */
 
+/* Grey is spread by the mean of the aperture's colours. */
+static void make_grey(struct picture *picture)
+{
+    const size_t n = (size_t)picture->width * (size_t)picture->height;
+    for (size_t i = 0; i < n; i++) {
+        float *c = picture->samples + 3 * i;
+        c[0] = c[1] = c[2] = (c[0] + c[1] + c[2]) / 3;
+    }
+}
+
 /* The filter, with the picture that the method scatter spreads light by. */
 static int create_filter(struct run *run)
 {
@@ -129,6 +139,8 @@ static int create_filter(struct run *run)
                         path);
             return app_code_of(run->error);
         }
+        if (run->source.is_grey && run->source.n_channels == 4)
+            make_grey(&picture);
         light = rf_image_packed(picture.samples, picture.width, picture.height, 3);
     }
     const rf_result result = rf_filter_create_with(

@@ -88,12 +88,31 @@ static bool reads_limit(const struct rf_params *p)
            !(p->region_size > 0);
 }
 
+static bool is_default(const struct rf_params *params, const char *key)
+{
+    struct rf_params defaults;
+    char value[64], usual[64];
+    rf_params_init(&defaults);
+    rf_params_get(params, key, value, sizeof(value));
+    rf_params_get(&defaults, key, usual, sizeof(usual));
+    return strcmp(value, usual) == 0;
+}
+
+/* Chroma and saturation: differences between red, green and blue. */
+static bool is_of_colours(const char *key)
+{
+    return strcmp(key, "axial-chroma") == 0 || strcmp(key, "lateral-chroma") == 0 ||
+           strcmp(key, "highlight-saturation") == 0;
+}
+
 /* Why this value of a parameter that is read does nothing here; NULL: it does. */
 static const char *why_useless(const struct run *run, const char *key)
 {
     const struct rf_params *p = &run->settings->params;
     if (is_of_split(key))
         return why_not_split(run);
+    if (is_of_colours(key) && run->source.is_grey && !is_default(p, key))
+        return "the picture is grey; give one with red, green and blue";
     if (strcmp(key, "coc-limit") == 0 && !reads_limit(p))
         return "read only with blend region and a region-size of 0; rackfocus info "
                "says the depth of field by it";
@@ -170,16 +189,6 @@ int filter_warn_unread(const struct run *run)
             return code;
     }
     return APP_DONE;
-}
-
-static bool is_default(const struct rf_params *params, const char *key)
-{
-    struct rf_params defaults;
-    char value[64], usual[64];
-    rf_params_init(&defaults);
-    rf_params_get(params, key, value, sizeof(value));
-    rf_params_get(&defaults, key, usual, sizeof(usual));
-    return strcmp(value, usual) == 0;
 }
 
 int filter_warn_highlights(const struct run *run)

@@ -284,6 +284,7 @@ static int read_facts(struct run *run)
     if (settings_fit_window(run->settings, &source->info, &run->params, &error) !=
         RF_OK)
         return filter_fail_core(run, &error);
+    source_settle_grey(source, &run->params);
     code = filter_warn_unread(run);
     if (code == APP_DONE)
         code = filter_warn_aspect(run);

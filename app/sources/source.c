@@ -611,6 +611,12 @@ float *source_read_depth(const struct source *source, int n_threads,
     return NULL;
 }
 
+void source_settle_grey(const struct source *source, struct rf_params *params)
+{
+    if (source->is_grey)
+        params->axial_chroma = params->lateral_chroma = 0;
+}
+
 void source_pack_grey_alpha(float *samples, size_t n)
 {
     for (size_t i = 0; i < n; i++) {

@@ -129,6 +129,10 @@ struct source_description {
 void source_describe(const struct source *like, const struct source_output *how,
                      struct source_description *description);
 
+/* What parts colours does nothing to grey, whose light would be that of red alone where it
+ * was spread to four channels. */
+void source_settle_grey(const struct source *source, struct rf_params *params);
+
 /* Grey with alpha was spread to four channels; packs n pixels to two, in place. */
 void source_pack_grey_alpha(float *samples, size_t n);
 

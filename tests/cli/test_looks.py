@@ -400,3 +400,38 @@ def test_looks_that_change_nothing_here_are_told(
     )
     assert is_same == (key is not None)
     assert (f"--{key}" in said and why in said) if key else "no effect" not in said
+
+
+@pytest.mark.parametrize("has_alpha", (False, True))
+@pytest.mark.parametrize(
+    "option, value",
+    (("axial-chroma", 2), ("lateral-chroma", 0.05), ("highlight-saturation", 0)),
+)
+def test_grey_has_no_colours_to_part(rackfocus, tmp_path, has_alpha, option, value):
+    """With alpha the light was that of red alone, 17 dB from the picture."""
+    view, out, plain = (tmp_path / f"{name}.exr" for name in ("in", "out", "plain"))
+    grey = numpy.full((40, 60), 0.3, numpy.float32)
+    grey[::4], grey[20, 30] = 0.6, 50
+    alpha = {"A": numpy.ones_like(grey)} if has_alpha else {}
+    plainexr.write(view, {"Y": grey, "Z": numpy.full_like(grey, 9), **alpha})
+    said = rackfocus("filter", view, "-o", out, *LENS, f"--{option}", str(value)).stderr
+    rackfocus("filter", view, "-o", plain, *LENS)
+    a, b = plainexr.read(out)[0], plainexr.read(plain)[0]
+    assert all(numpy.array_equal(a[name], b[name]) for name in b)
+    assert f"--{option}: has no effect: the picture is grey" in said
+
+
+def test_grey_is_spread_by_all_colours_of_an_aperture(rackfocus, tmp_path):
+    """With alpha as without it."""
+    aperture, light = tmp_path / "aperture.exr", numpy.zeros((8, 8), numpy.float32)
+    light[:, :4] = 1
+    plainexr.write(aperture, {"R": light, "G": 1 - light, "B": light * 0 + 1})
+    grey = numpy.full((40, 60), 0.3, numpy.float32)
+    grey[20, 30] = 50
+    made = []
+    for alpha in ({}, {"A": numpy.ones_like(grey)}):
+        view, out = tmp_path / "in.exr", tmp_path / "out.exr"
+        plainexr.write(view, {"Y": grey, "Z": numpy.full_like(grey, 9), **alpha})
+        rackfocus("filter", view, "-o", out, *LENS, "--aperture-image", aperture)
+        made.append(plainexr.read(out)[0]["Y"].astype(numpy.float32))
+    assert numpy.abs(made[0] - made[1]).max() < 0.01 * made[0].max()

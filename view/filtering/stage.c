@@ -184,10 +184,13 @@ static bool resolve_source(const struct stage *stage, const struct source *sourc
         settings_set_header(settings, "method", RF_METHOD_VIEWS, VIEWS_OFFSET, NULL);
     if (white > 0)
         settings_set_header(settings, "white", white, "the picture", NULL);
-    if (settings_fit_window(settings, &source->info, params, &error) == RF_OK)
-        return true;
-    snprintf(text, n_bytes, "%s", error.message);
-    return false;
+    const bool is_good =
+        settings_fit_window(settings, &source->info, params, &error) == RF_OK;
+    if (is_good)
+        source_settle_grey(source, params);
+    else
+        snprintf(text, n_bytes, "%s", error.message);
+    return is_good;
 }
 
 /* What the core refuses to blur, with the way out that `rackfocus filter` has for it. */
