@@ -188,6 +188,26 @@ static void make_folders(char *path)
     }
 }
 
+/* Does Windows take a file of this name, whatever its ending, for a device? What was
+ * written would be lost there, and so would looks that come from other machines. */
+static bool is_device(const char *name)
+{
+    static const char *const devices[] = {"con", "prn", "aux", "nul", "com", "lpt"};
+    enum { N_DEVICES = 6, FIRST_NUMBERED = 4, N_LETTERS = 3 };
+    char lower[N_LETTERS + 2] = ""; /* a digit more, and the zero */
+    size_t n = strlen(name);
+    if (n >= sizeof lower)
+        return false;
+    for (size_t i = 0; i < n; i++)
+        lower[i] = (char)tolower((unsigned char)name[i]);
+    for (size_t i = 0; i < N_DEVICES; i++)
+        if (strncmp(lower, devices[i], N_LETTERS) == 0)
+            return i < FIRST_NUMBERED
+                       ? n == N_LETTERS
+                       : n > N_LETTERS && isdigit((unsigned char)lower[N_LETTERS]);
+    return false;
+}
+
 bool look_save(const char *name, const struct settings *settings,
                struct image_error *error)
 {
@@ -195,6 +215,11 @@ bool look_save(const char *name, const struct settings *settings,
     if (!is_good_name(name))
         return set_error(
             error, "'%s' is no name of a look; take letters, digits, - and _", name);
+    if (is_device(name))
+        return set_error(error,
+                         "'%s' is the name of a device on Windows, where such a file "
+                         "cannot be kept; take another one, such as my-%s",
+                         name, name);
     if (!look_path(name, path, sizeof(path)))
         return set_error(error, "none of XDG_CONFIG_HOME, APPDATA and HOME says where "
                                 "looks are kept; set one of them");

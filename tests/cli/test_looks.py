@@ -185,6 +185,8 @@ def test_a_folder_that_is_no_full_path_is_left_out(rackfocus, tmp_path, monkeypa
     [
         (["--save", "mine"], "nothing is to be kept; add parameters", 2),
         (["--save", "a/b", "--blades", "5"], "'a/b' is no name of a look", 1),
+        (["--save", "Con", "--blades", "5"], "such as my-Con", 1),
+        (["--save", "lpt1", "--blades", "5"], "a device on Windows", 1),
         (["--blades", "5"], "are kept with --save NAME", 2),
         (["in.exr"], "looks takes no file", 2),
     ],
