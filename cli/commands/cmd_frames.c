@@ -114,10 +114,8 @@ static int report_frames(const struct frames_options *tool,
         frames_print_json(report);
     else
         frames_print_text(report, line, tool->is_quiet);
-    if (tool->html && !frames_write_html(report, tool->html, &error)) {
-        message("%s", error.message);
-        return EXIT_FAILED;
-    }
+    if (tool->html && !frames_write_html(report, tool->html, &error))
+        return exit_code(os_is_interrupted() ? APP_INTERRUPTED : APP_FAILED, &error);
     return n_open ? EXIT_FAILED : EXIT_DONE;
 }
 

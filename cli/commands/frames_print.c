@@ -126,13 +126,16 @@ static void shrink(struct picture *picture, int32_t step)
     picture->height = height;
 }
 
+/* Writes a frame's picture, small, if it can be read; `is_there` says whether. False
+ * where it cannot be written. */
 static bool write_small(const struct frame_check *frame, const char *path,
-                        struct image_error *error)
+                        bool *is_there, struct image_error *error)
 {
     enum { SMALL_WIDTH = 240 };
     struct picture picture;
-    if (!picture_read(frame->path, NULL, 1, &picture, error))
-        return false;
+    *is_there = picture_read(frame->path, NULL, 1, &picture, error);
+    if (!*is_there)
+        return app_code_of(error) != APP_NO_MEMORY;
     const int32_t longest =
         picture.width > picture.height ? picture.width : picture.height;
     const int32_t step = longest / SMALL_WIDTH, least = picture.width < picture.height
@@ -205,37 +208,61 @@ static void print_head(FILE *file, const struct frames_report *report)
 
 struct page {
     const struct frames_report *report;
-    const char *folder; /* of the small pictures */
+    char *folder;      /* of the small pictures */
+    bool *has_picture; /* for each frame */
 };
 
-/* A picture that cannot be read has no place in the sheet; its words say why. */
+/* "12.png". */
+struct small_name {
+    char text[32];
+};
+
+static struct small_name name_small(const struct frame_check *frame)
+{
+    struct small_name name;
+    snprintf(name.text, sizeof name.text, "%d.png", (int)frame->number);
+    return name;
+}
+
+/* A picture that cannot be read has no place in the sheet; its words say why. False where one
+ * cannot be written, or when interrupted. */
+static bool write_pictures(const struct page *page, struct image_error *error)
+{
+    const size_t n_path = strlen(page->folder) + sizeof(struct small_name) + 1;
+    char *path = app_memory(n_path, 1, error);
+    bool is_good = path != NULL;
+    for (int i = 0; i < page->report->n && is_good && !os_is_interrupted(); i++) {
+        const struct frame_check *frame = &page->report->frames[i];
+        if (frame->path && frame->verdict != FRAME_MISSING) {
+            snprintf(path, n_path, "%s/%s", page->folder, name_small(frame).text);
+            is_good = write_small(frame, path, &page->has_picture[i], error);
+        }
+    }
+    free(path);
+    return is_good && !os_is_interrupted();
+}
+
 static void print_page(FILE *file, const void *data)
 {
     const struct page *page = data;
     print_head(file, page->report);
-    for (int i = 0; i < page->report->n && !os_is_interrupted(); i++) {
+    for (int i = 0; i < page->report->n; i++) {
         const struct frame_check *frame = &page->report->frames[i];
-        struct image_error ignored;
-        char small[32];
-        const size_t n_path = strlen(page->folder) + sizeof small + 1;
-        char *path = app_memory(n_path, 1, NULL);
-        snprintf(small, sizeof small, "%d.png", (int)frame->number);
-        bool has_picture = path && frame->path && frame->verdict != FRAME_MISSING;
-        if (has_picture) {
-            snprintf(path, n_path, "%s/%s", page->folder, small);
-            has_picture = write_small(frame, path, &ignored);
-        }
-        print_cell(file, frame, page->folder, has_picture ? small : NULL);
-        free(path);
+        print_cell(file, frame, page->folder,
+                   page->has_picture[i] ? name_small(frame).text : NULL);
     }
 }
 
 bool frames_write_html(const struct frames_report *report, const char *path,
                        struct image_error *error)
 {
-    char *folder = html_make_folder(path, "_frames", error);
-    struct page page = {report, folder};
-    const bool is_good = folder && text_file_write(path, print_page, &page, error);
-    free(folder);
+    struct page page = {report, html_make_folder(path, "_frames", error), NULL};
+    if (page.folder)
+        page.has_picture =
+            app_memory((size_t)report->n, sizeof(*page.has_picture), error);
+    const bool is_good = page.has_picture && write_pictures(&page, error) &&
+                         text_file_write(path, print_page, &page, error);
+    free(page.has_picture);
+    free(page.folder);
     return is_good;
 }

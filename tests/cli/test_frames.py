@@ -221,3 +221,23 @@ def test_what_the_killed_left_is_folded(run, shot, tmp_path):
     journal.rename(f"{journal}.elsewhere-{2**22 + 5}-1f")
     run(*shot, "--anew")
     assert len(journals(tmp_path)) == 2
+
+
+def test_a_sheet_without_room_for_its_pictures(rackfocus, scene, tmp_path):
+    """A disk that is full: no page that looks whole, and the old one stays."""
+    for i in (1, 2):
+        scene(f"s.{i}.exr")
+    rackfocus("frames", "s.#.exr", "--html", "p.html", cwd=tmp_path)
+    page = (tmp_path / "p.html").read_bytes()
+    assert page.count(b"<img") == 2
+    # Nobody may replace a folder by a picture, which fails as a full disk does.
+    (tmp_path / "p_frames" / "2.png").unlink()
+    (tmp_path / "p_frames" / "2.png").mkdir()
+    done = rackfocus("frames", "s.#.exr", "--html", "p.html", cwd=tmp_path, code=1)
+    assert "p_frames/2.png: " in done.stderr
+    assert (tmp_path / "p.html").read_bytes() == page
+    # A frame that cannot be read has a cell without a picture.
+    (tmp_path / "p_frames" / "2.png").rmdir()
+    (tmp_path / "s.2.exr").write_bytes(b"no picture")
+    rackfocus("frames", "s.#.exr", "--html", "p.html", cwd=tmp_path, code=1)
+    assert (tmp_path / "p.html").read_bytes().count(b"<img") == 1
