@@ -28,16 +28,20 @@ static bool is_good_folder(const char *folder)
 
 char *temp_folder_make(struct povray_error *error)
 {
-    const char *wanted = os_folder_for_temporary();
+    const char *base = os_folder_for_temporary();
     char prefix[256], path[300];
-    snprintf(prefix, sizeof prefix, "%s/rackfocus-",
-             is_good_folder(wanted) ? wanted : os_folder_usual_temporary());
+    if (!is_good_folder(base))
+        base = os_folder_usual_temporary();
+    snprintf(prefix, sizeof prefix, "%s/rackfocus-", base);
     os_leftovers_remove(prefix);
     const int reason = os_folder_make_temporary(prefix, path, sizeof path);
     char *folder = reason == 0 ? text_format("%s/", path) : NULL;
     if (!folder)
-        snprintf(error->message, sizeof error->message, "%s: cannot make a folder: %s",
-                 path, strerror(reason == 0 ? ENOMEM : reason));
+        snprintf(
+            error->message, sizeof error->message,
+            "%s: no temporary folder can be made there: %s; free some space there, "
+            "or name another folder within %s in TMPDIR",
+            base, strerror(reason == 0 ? ENOMEM : reason), os_folder_usual_temporary());
     if (!folder && reason == 0)
         os_folder_remove(path);
     return folder;

@@ -11,11 +11,18 @@
 
 #include "folder.h"
 #include "ini.h"
+#include "replace.h"
 #include "text.h"
 
 bool scene_fail_file(struct povray_error *error, const char *path)
 {
-    snprintf(error->message, sizeof error->message, "%s: %s", path, strerror(errno));
+    const int reason = errno;
+    const bool is_full = reason == ENOSPC || reason == EDQUOT;
+    char folder[300];
+    if (is_full && os_folder_of_temporary(path, folder, sizeof folder))
+        path = folder; /* the private one is gone when this is read */
+    snprintf(error->message, sizeof error->message, "%s: %s%s", path, strerror(reason),
+             is_full ? "; free some space there" : "");
     return false;
 }
 
@@ -252,12 +259,47 @@ static bool explain_options(const struct povray_scene *scene, const char *log,
     return true;
 }
 
+/* Has the disk of the private folder no room for as much as a small picture? */
+static bool is_disk_full(const char *path)
+{
+    enum { N_BYTES = 1 << 18 };
+    struct text text = {.data = glue_alloc(N_BYTES, 1), .n = N_BYTES};
+    const bool is_full = text.data && !text_write_file(&text, path) &&
+                         (errno == ENOSPC || errno == EDQUOT);
+    remove(path);
+    text_free(&text);
+    return is_full;
+}
+
+/* POV-Ray keeps its pixels, pictures and messages in the private folder. What it says of
+ * a file that it cannot write is the same in each of its threads, and names none. */
+static bool explain_full_disk(const struct povray_scene *scene, const char *log,
+                              struct povray_error *error)
+{
+    char *path = text_format("%sroom", scene->temp_folder), folder[300];
+    const bool is_full = path && is_disk_full(path);
+    const bool is_explained = path &&
+                              (is_full || strstr(log, "Cannot access data in file")) &&
+                              os_folder_of_temporary(path, folder, sizeof folder);
+    if (is_explained)
+        snprintf(error->message, sizeof error->message,
+                 "%s: %s for POV-Ray's files in %s; free some space there, or name "
+                 "another folder within %s in TMPDIR",
+                 scene->options.scene,
+                 is_full ? "no space is left on the disk"
+                         : "there seems to be no space",
+                 folder, os_folder_usual_temporary());
+    free(path);
+    return is_explained;
+}
+
 static void explain_run(const struct povray_scene *scene, const struct run *run,
                         struct povray_error *error)
 {
     char *fatal = run_stream(run, "fatal"), *log = run_stream(run, "log"),
          *warnings = run_stream(run, "warning");
     const bool is_explained =
+        explain_full_disk(scene, or_nothing(log), error) ||
         explain_parse_error(scene, or_nothing(fatal), error) ||
         (warnings && explain_missing_file(scene, warnings, error)) ||
         explain_options(scene, or_nothing(log), error);
@@ -374,6 +416,29 @@ bool scene_start_render(struct povray_scene *scene, struct run *run,
     return is_started;
 }
 
+/* The old file stays where the new one finds no room. False with errno. */
+static bool replace_file(const struct text *text, const char *path)
+{
+    struct os_replace file;
+    int reason = os_replace_open(&file, path);
+    if (reason == OS_REPLACE_NOT_REGULAR)
+        return text_write_file(text, path);
+    if (reason == 0) {
+        errno = 0;
+        FILE *stream = os_replace_stream(&file);
+        const bool is_written =
+            stream && fwrite(text->data, 1, text->n, stream) == text->n;
+        if (stream && fclose(stream) == 0 && is_written) {
+            reason = os_replace_commit(&file);
+        } else {
+            reason = errno ? errno : EIO;
+            os_replace_abort(&file);
+        }
+    }
+    errno = reason > 0 ? reason : EIO;
+    return reason == 0;
+}
+
 /* Puts what the scene wrote into the current folder, where POV-Ray itself would have
  * written it: once. Not while other runs read what was there. */
 static bool publish_written(struct povray_scene *scene, const struct run *run,
@@ -385,8 +450,8 @@ static bool publish_written(struct povray_scene *scene, const struct run *run,
         struct text text = {0};
         char *made =
             text_format("%s" RUN_SANDBOX "%s", run->folder, sources->written[i]);
-        if (path_is_file(made) && (!text_read_file(&text, made) ||
-                                   !text_write_file(&text, sources->written[i])))
+        if (path_is_file(made) &&
+            (!text_read_file(&text, made) || !replace_file(&text, sources->written[i])))
             is_good = scene_fail_file(error, sources->written[i]);
         text_free(&text);
         free(made);
@@ -408,6 +473,8 @@ bool scene_read(struct povray_scene *scene, const struct run *run,
     }
     if (!path)
         scene_explain(scene, run, error);
+    else if (!is_read)
+        explain_full_disk(scene, "", error); /* else what decode_read() said stays */
     free(path);
     return is_read;
 }

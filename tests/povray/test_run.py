@@ -708,3 +708,48 @@ def test_folders_of_killed_jobs_are_cleared(rackfocus, binary, tmp_path):
         jobs[1].terminate()
         jobs[1].wait()
     assert list(private.iterdir()) == [other]
+
+
+# ---- no room -----------------------------------------------------------------------
+
+
+@pytest.fixture
+def small_disk(tmp_path):
+    """A file system whose room the test sets, for POV-Ray's files."""
+    folder = tmp_path / "disk"
+    folder.mkdir()
+    command = ["mount", "-t", "tmpfs", "-o", "size=8k", "tmpfs", str(folder)]
+    if not folder.is_relative_to("/tmp") or shutil.which("mount") is None:
+        pytest.skip("POV-Ray writes to folders within /tmp alone")
+    if subprocess.run(command, capture_output=True).returncode:
+        pytest.skip("mounting needs root")
+    yield folder
+    subprocess.run(["umount", "-l", folder], check=False)
+
+
+def test_povray_has_no_room(rackfocus, tmp_path, small_disk):
+    """POV-Ray says that it cannot access its data, of no file, many times."""
+    (tmp_path / "s.pov").write_text(SCENE)
+    (tmp_path / "o.exr").write_bytes(b"old")
+    for n_kib in (8, 120, 600):  # in the folder, in the probe, in a render
+        size = f"remount,size={n_kib}k"
+        subprocess.run(["mount", "-o", size, str(small_disk)], check=True)
+        done = rackfocus("povray", "s.pov", "-o", "o.exr", "--", *SIZE, cwd=tmp_path,
+                         code=1, TMPDIR=str(small_disk))  # fmt: skip
+        assert f"{small_disk}" in done.stderr and "rackfocus-" not in done.stderr
+        assert "pace" in done.stderr and "free some space there" in done.stderr
+        assert "Cannot access" not in done.stderr
+        assert (tmp_path / "o.exr").read_bytes() == b"old"
+        assert not any(small_disk.iterdir())
+
+
+def test_what_a_scene_writes_is_whole_or_the_old(rackfocus, tmp_path, small_disk):
+    """Data of before, of a page of the disk, which has two: the scene is the other."""
+    (small_disk / "s.pov").write_text(COUNTING)
+    (small_disk / "count.txt").write_text("0,\n" * 1365)
+    done = rackfocus("povray", "s.pov", "-o", tmp_path / "o.exr", "--", *SIZE,
+                     cwd=small_disk, code=1)  # fmt: skip
+    assert "count.txt: No space left" in done.stderr
+    assert "free some space there" in done.stderr
+    assert (small_disk / "count.txt").read_text() == "0,\n" * 1365
+    assert sorted(os.listdir(small_disk)) == ["count.txt", "s.pov"]
