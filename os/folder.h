@@ -20,6 +20,10 @@ const char *os_folder_usual_temporary(void);
 int os_folder_make_temporary(const char *prefix, char *path, size_t n_bytes);
 #define OS_FOLDER_MARK ".alive"
 
+/* The folder in which a temporary one of this process was made, where `path` lies in such
+ * a one: into `folder`, without a slash at its end. False where it lies in none. */
+bool os_folder_of_temporary(const char *path, char *folder, size_t n_bytes);
+
 /* A new folder, for this user alone or for whom the user's mask lets in. 0 or errno. */
 enum os_folder_access { OS_FOLDER_PRIVATE, OS_FOLDER_SHARED };
 int os_folder_make(const char *path, enum os_folder_access access);

@@ -7,6 +7,7 @@
 
 #include "folder.h"
 #include "mark.h"
+#include "path.h"
 
 enum { MOST_FOLDERS = OS_TEMPORARY_MOST, MOST_BYTES = OS_TEMPORARY_MOST_BYTES };
 
@@ -68,4 +69,20 @@ void os_temporary_get(int i, char folder[OS_TEMPORARY_MOST_BYTES])
     pthread_mutex_lock(&lock);
     strcpy(folder, folders[i]);
     pthread_mutex_unlock(&lock);
+}
+
+bool os_folder_of_temporary(const char *path, char *folder, size_t n_bytes)
+{
+    char own[MOST_BYTES];
+    for (int i = 0; i < MOST_FOLDERS; i++) {
+        os_temporary_get(i, own);
+        const size_t n = length_of(own), n_base = (size_t)(os_path_name(own) - own);
+        if (!own[0] || strncmp(path, own, n) != 0 || !path[n] ||
+            !strchr("/\\", path[n]))
+            continue;
+        const int n_shown = (int)(n_base > 1 ? n_base - 1 : n_base);
+        return snprintf(folder, n_bytes, "%.*s", n_base ? n_shown : 1,
+                        n_base ? own : ".") < (int)n_bytes;
+    }
+    return false;
 }

@@ -44,6 +44,11 @@ static bool take_input(struct pipes *pipes, struct image_error *error)
     int reason = file ? copy(stdin, file) : errno;
     if (file && fclose(file) != 0 && reason == 0)
         reason = errno;
+    if (reason == ENOSPC || reason == EDQUOT)
+        return set_error(error,
+                         "standard input: no space left in %s, where it is kept; free "
+                         "some space there or name another folder in TMPDIR",
+                         os_folder_for_temporary());
     return reason == 0 || set_error(error, "standard input: %s", strerror(reason));
 }
 
@@ -81,7 +86,10 @@ static bool make_folder(struct pipes *pipes, struct image_error *error)
     if (reason == 0)
         return true;
     pipes->folder[0] = '\0';
-    return set_error(error, "%s: cannot make a folder: %s", prefix, strerror(reason));
+    return set_error(error,
+                     "%s: no temporary folder can be made there: %s; name another in "
+                     "TMPDIR",
+                     os_folder_for_temporary(), strerror(reason));
 }
 
 enum app_code pipes_open(struct pipes *pipes, struct operands *operands,

@@ -208,6 +208,39 @@ def test_full_disk_in_a_sequence(binary, disk, tmp_path):
     assert all(path.exists() for path in kept)
 
 
+TEMPORARY = "name another folder in TMPDIR"
+
+
+@pytest.mark.parametrize(
+    "words, expected",
+    [
+        ("IN -o -", [f"DISK: no space left on its disk for temp.*{TEMPORARY}"]),
+        ("- -o OUT", [f"standard input: no space left in DISK.*{TEMPORARY}"]),
+        (
+            "IN IN --stereo -o DISK/o.exr",
+            ["DISK: no space left.*free some space there"],
+        ),
+        ("IN -o DISK/o.exr", ["DISK/o.exr: no space left.*free some space there$"]),
+    ],
+)
+def test_full_disk_of_temporary_files(binary, disk, tmp_path, words, expected):
+    """What is said names a folder that is still there, and what to do."""
+    source = scene(tmp_path / "in.exr", (200, 150))
+    places = {"DISK": str(disk), "IN": str(source), "OUT": str(tmp_path / "o.exr")}
+    with open(disk / "fill", "wb") as fill:
+        fill.write(bytes(200 << 10))
+    for name, place in places.items():
+        words = words.replace(name, place)
+        expected = [text.replace(name, place) for text in expected]
+    with open(source, "rb") as file:
+        done = run(binary, "filter", *words.split(), *LENS, stdin=file,
+                   env=dict(os.environ, TMPDIR=str(disk)))  # fmt: skip
+    assert done.returncode == 1 and not done.stdout
+    for text in expected:
+        assert re.search(text, done.stderr, re.MULTILINE), done.stderr
+    assert os.listdir(disk) == ["fill"] and not (tmp_path / "o.exr").exists()
+
+
 def test_read_only_folder(binary, disk, tmp_path):
     source, old = scene(tmp_path / "in.exr"), disk / "o.exr"
     old.write_bytes(b"old")
