@@ -212,6 +212,18 @@ static bool is_flat(const struct line *line)
            fabsf(line->at[line->step] - z) <= alike;
 }
 
+/* Is a pixel beside it as deep, or both in one plane with it, whose 1 / depth is even?
+ * So are those of one surface. */
+static bool has_like(const struct line *line)
+{
+    static const float LIKE = 0.02f, EVEN = 0.1f;
+    const float z = *line->at, alike = LIKE * z;
+    const float before = line->n_before > 0 ? line->at[-line->step] : NAN;
+    const float behind = line->n_behind > 0 ? line->at[line->step] : NAN;
+    return fabsf(before - z) <= alike || fabsf(behind - z) <= alike ||
+           (before > 0 && behind > 0 && fabsf(z / before + z / behind - 2) <= 2 * EVEN);
+}
+
 /* The greatest depth of the 3 x 3 pixels around (x, y), which moves there. */
 static float climb(const struct rf_depth_channel *from, int32_t *x, int32_t *y)
 {
@@ -233,10 +245,22 @@ static float climb(const struct rf_depth_channel *from, int32_t *x, int32_t *y)
     return most;
 }
 
-/* The least depth around, 0 where nothing was hit. */
+/* Has the pixel one like it in its row, and one in its column? Averages of a thin thing
+ * and nothing have such along the thing alone. */
+static bool is_on_surface(const struct rf_depth_channel *from, int32_t x, int32_t y)
+{
+    const float *at = from->depth + (size_t)y * (size_t)from->width + (size_t)x;
+    const struct line row = {at, 1, x, from->width - 1 - x};
+    const struct line column = {at, from->width, y, from->height - 1 - y};
+    return has_like(&row) && has_like(&column);
+}
+
+/* The least depth around, 0 where nothing was hit; INFINITY where that is a surface, as
+ * beside what is much farther. */
 static float least_near(const struct rf_depth_channel *from, int32_t x, int32_t y)
 {
     float least = INFINITY;
+    int32_t least_x = x, least_y = y;
     for (int32_t k = y - THIN_PX; k <= y + THIN_PX; k++)
         for (int32_t l = x - THIN_PX; l <= x + THIN_PX; l++) {
             const bool is_inside =
@@ -244,9 +268,13 @@ static float least_near(const struct rf_depth_channel *from, int32_t x, int32_t 
             const float v =
                 is_inside ? from->depth[(size_t)k * (size_t)from->width + (size_t)l]
                           : INFINITY;
-            least = v >= 0 ? fminf(least, v) : least;
+            if (v >= 0 && v < least) {
+                least = v;
+                least_x = l;
+                least_y = k;
+            }
         }
-    return least;
+    return least > 0 && is_on_surface(from, least_x, least_y) ? INFINITY : least;
 }
 
 /* For what lies on no step, or before both sides of one, and is near pixels where nothing
@@ -258,6 +286,8 @@ static float crest_of(const struct rf_depth_channel *from, int32_t x, int32_t y,
 {
     const float least = least_near(from, x, y);
     float crest = z;
+    if (is_on_surface(from, x, y))
+        return z;
     for (int32_t i = 0; i < THIN_PX; i++)
         crest = climb(from, &x, &y);
     if (!(least < NOTHING * crest) || !(crest > (float)RF_DEPTH_STEP_RATIO * z))

@@ -73,6 +73,41 @@ static void gaps_of_nothing_are_no_near_things(void)
     CHECK(depth[24] == 0 && depth[22] > 9);
 }
 
+/* A ball of the distance 4 at its rim, round towards the middle, and a floor up to a horizon,
+ * before a wall that is `far` away, averaged over 4 x 4 samples. Surfaces beside what is
+ * twenty times as far are no thin things before nothing: none becomes the wall or 0. */
+static void near_surfaces_before_far_ones_stay(void)
+{
+    enum { SUB = 4 };
+    static const float fars[] = {100, 1000, 0};
+    for (int k = 0; k < 3; k++) {
+        struct rf_depth_channel channel = channel_of(0);
+        size_t n = 0;
+        bool is_whole[N];
+        for (int i = 0; i < N; i++) {
+            float sum = 0;
+            int n_ball = 0, n_floor = 0;
+            for (int j = 0; j < SUB * SUB; j++) {
+                const float x = (float)(i % WIDTH) + (0.5f + (float)(j % SUB)) / SUB;
+                const float row = (float)(i / WIDTH) + (0.5f + (float)(j / SUB)) / SUB;
+                const float away = hypotf(x - 20, row - 14) / 11;
+                n_ball += away < 1;
+                n_floor += away >= 1 && row > 18;
+                sum += away < 1   ? 4 - 0.5f * sqrtf(1 - away * away)
+                       : row > 18 ? 40 / (row - 18)
+                                  : fars[k];
+            }
+            depth[i] = sum / (SUB * SUB);
+            is_whole[i] = n_ball == SUB * SUB || n_floor == SUB * SUB;
+            truth[i] = depth[i];
+        }
+        REQUIRE(rf_depth_snap(NULL, &channel, &n, NULL) == RF_OK);
+        CHECK(n > 0);
+        for (int i = 0; i < N; i++)
+            CHECK(!is_whole[i] || depth[i] > 0.5f * truth[i]);
+    }
+}
+
 /* Averages with nothing along the border and along a thing, below another at 8: alike from
  * row to row, and no surface. */
 static void averages_with_nothing_are_no_surface(void)
@@ -432,6 +467,7 @@ int main(int argc, char **argv)
     testing_begin(argc, argv);
     TEST(averages_are_found_and_undone);
     TEST(gaps_of_nothing_are_no_near_things);
+    TEST(near_surfaces_before_far_ones_stay);
     TEST(averages_with_nothing_are_no_surface);
     TEST(wide_depth_is_narrowed);
     TEST(moved_depth_is_not_narrowed);
