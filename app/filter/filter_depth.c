@@ -97,7 +97,7 @@ int filter_repair_depth(struct run *run)
 {
     const struct source *source = &run->source;
     const size_t n = (size_t)source->width * (size_t)source->height;
-    struct rf_depth_stats stats = {.size = sizeof(stats)};
+    struct rf_depth_stats stats;
     const struct rf_depth_channel channel = {
         run->depth,
         rf_image_packed(run->colour, source->width, source->height, source->n_channels),
@@ -109,13 +109,7 @@ int filter_repair_depth(struct run *run)
     depth_numbers_add(&run->numbers, &run->settings->params, run->depth, n);
     if (!filter_needs_depth(run))
         return APP_DONE;
-    const bool is_turned = depth_is_turned(&run->settings->params);
-    if (is_turned)
-        depth_turn(run->depth, n, channel.infinity);
-    const bool is_measured = rf_depth_measure(NULL, &channel, &stats, NULL) == RF_OK;
-    if (is_turned)
-        depth_turn(run->depth, n, channel.infinity);
-    if (!is_measured)
+    if (!depth_measure(&run->settings->params, &channel, &stats))
         return app_fail(run->error, APP_NO_MEMORY, "%s: out of memory",
                         image_path(source->depth));
     const int code = filter_judge_depth(run, &stats, &found);

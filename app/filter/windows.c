@@ -298,10 +298,44 @@ static bool view_of(struct windows *w, int j, const struct rf_window *box,
 
 /* ---- passes over the whole ------------------------------------------------------- */
 
+/* Of the depth as it is, and as numbers whose ratios are those of distances; NULL: it is
+ * such. */
+struct depth_tallies {
+    struct rf_depth_tally *values, *ratios;
+};
+
+static bool create_tallies(const struct windows *w, struct depth_tallies *tallies)
+{
+    const struct rf_params *params = &w->run->settings->params;
+    const struct rf_depth_channel whole = {
+        .width = w->width, .height = w->height, .infinity = params->depth_infinity};
+    struct rf_depth_stats unused = {.size = sizeof(unused)};
+    *tallies = (struct depth_tallies){0};
+    if (rf_depth_tally_create(&tallies->values, NULL, &whole, NULL) != RF_OK)
+        return false;
+    if (depth_ratio_of(params).factor == 0 ||
+        rf_depth_tally_create(&tallies->ratios, NULL, &whole, NULL) == RF_OK)
+        return true;
+    rf_depth_tally_finish(tallies->values, &unused);
+    return false;
+}
+
+static void finish_tallies(const struct depth_tallies *tallies,
+                           struct rf_depth_stats *stats)
+{
+    struct rf_depth_stats ratios = {.size = sizeof(ratios)};
+    rf_depth_tally_finish(tallies->values, stats);
+    if (!tallies->ratios)
+        return;
+    rf_depth_tally_finish(tallies->ratios, &ratios);
+    depth_take_ratios(stats, &ratios);
+}
+
 /* Counts the rows of the first view: its depth and its light. */
-static int tally_rows(struct windows *w, struct rf_depth_tally *tally,
+static int tally_rows(struct windows *w, struct depth_tallies *tallies,
                       struct white_tally *light)
 {
+    const struct depth_ratio ratio = depth_ratio_of(&w->run->settings->params);
     const int32_t n_rows = most(w->step, SURVEY_ROWS);
     int code = make_room(w, n_rows);
     for (int32_t y = 0; code == APP_DONE && y < w->height; y += n_rows) {
@@ -318,11 +352,14 @@ static int tally_rows(struct windows *w, struct rf_depth_tally *tally,
                                 w->colour[0]);
             if (depth_is_turned(&w->run->params))
                 depth_turn(w->depth[0], n_pixels, w->run->params.depth_infinity);
-            rf_depth_tally_add(
-                tally, &(struct rf_depth_channel){
-                           w->depth[0],
-                           rf_image_packed(w->colour[0], w->width, n, w->n_channels),
-                           w->width, n, w->run->params.depth_infinity});
+            const struct rf_depth_channel strip = {
+                w->depth[0], rf_image_packed(w->colour[0], w->width, n, w->n_channels),
+                w->width, n, w->run->params.depth_infinity};
+            rf_depth_tally_add(tallies->values, &strip);
+            if (tallies->ratios) { /* the rows are dropped at the end */
+                depth_ratio_make(&ratio, w->depth[0], n_pixels);
+                rf_depth_tally_add(tallies->ratios, &strip);
+            }
             white_tally_add(light, w->colour[0], (size_t)w->width * (size_t)n,
                             w->n_channels);
         }
@@ -336,22 +373,20 @@ static int judge_picture(struct windows *w)
 {
     struct run *run = w->run;
     struct rf_depth_stats stats = {.size = sizeof(stats)};
-    struct rf_depth_tally *tally;
+    struct depth_tallies tallies;
     struct white_tally light = {.n_unlit = 0};
     const bool needs_depth = filter_needs_depth(run);
     const bool needs_white = filter_needs_white(run);
-    const struct rf_depth_channel whole = {
-        .width = w->width, .height = w->height, .infinity = run->params.depth_infinity};
     filter_begin_doubts(run);
     if (!needs_depth && !needs_white && !run->doubts)
         return APP_DONE;
-    if (rf_depth_tally_create(&tally, NULL, &whole, NULL) != RF_OK)
+    if (!create_tallies(w, &tallies))
         return app_fail(run->error, APP_NO_MEMORY, "%s: out of memory",
                         image_path(run->source.depth));
     w->n_views = 1;
-    int code = tally_rows(w, tally, &light);
+    int code = tally_rows(w, &tallies, &light);
     w->n_views = filter_n_views(run);
-    rf_depth_tally_finish(tally, &stats);
+    finish_tallies(&tallies, &stats);
     if (code == APP_DONE && needs_depth)
         code = filter_judge_depth(run, &stats, &w->found);
     if (code == APP_DONE && needs_depth)

@@ -140,6 +140,7 @@ void depth_judge(struct depth_findings *found, const struct source *source,
         .is_negative = is_distance && params->depth_scale > 0 &&
                        stats->n_negative > 0 && !(stats->max > 0),
         .is_turned = depth_is_turned(params),
+        .ratio = depth_ratio_of(params),
     };
     if (found->is_turned) /* who says so knows it */
         found->stats.kind = RF_DEPTH_PLANAR;
@@ -151,21 +152,56 @@ void depth_judge(struct depth_findings *found, const struct source *source,
         found->half_step_px = half_step_px(lens, stats);
 }
 
+/* Are there averages, in numbers whose ratios tell steps? False without memory. */
+static bool measure_ratios(const struct depth_ratio *ratio,
+                           const struct rf_depth_channel *channel,
+                           struct rf_depth_stats *stats)
+{
+    const size_t n = (size_t)channel->width * (size_t)channel->height;
+    struct rf_depth_stats found = {.size = sizeof(found)};
+    struct rf_depth_channel other = *channel;
+    other.depth = app_memory(n, sizeof(float), NULL);
+    if (!other.depth)
+        return false;
+    memcpy(other.depth, channel->depth, n * sizeof(float));
+    depth_ratio_make(ratio, other.depth, n);
+    const bool is_measured = rf_depth_measure(NULL, &other, &found, NULL) == RF_OK;
+    free(other.depth);
+    depth_take_ratios(stats, &found);
+    return is_measured;
+}
+
+void depth_take_ratios(struct rf_depth_stats *stats,
+                       const struct rf_depth_stats *ratios)
+{
+    stats->is_mixed = ratios->is_mixed;
+    stats->mixed_share = ratios->mixed_share;
+}
+
+bool depth_measure(const struct rf_params *params,
+                   const struct rf_depth_channel *channel, struct rf_depth_stats *stats)
+{
+    const size_t n = (size_t)channel->width * (size_t)channel->height;
+    const struct depth_ratio ratio = depth_ratio_of(params);
+    const bool is_turned = depth_is_turned(params);
+    *stats = (struct rf_depth_stats){.size = sizeof(*stats)};
+    if (is_turned)
+        depth_turn(channel->depth, n, channel->infinity);
+    const bool is_measured = rf_depth_measure(NULL, channel, stats, NULL) == RF_OK;
+    if (is_turned)
+        depth_turn(channel->depth, n, channel->infinity);
+    return is_measured && (ratio.factor == 0 || measure_ratios(&ratio, channel, stats));
+}
+
 bool depth_find(struct depth_findings *found, const struct source *source,
                 const struct settings *settings, const struct rf_lens *lens,
                 const struct rf_depth_channel *channel)
 {
-    struct rf_depth_stats stats = {.size = sizeof(stats)};
+    struct rf_depth_stats stats;
     struct depth_numbers numbers = {0};
     const size_t n = (size_t)channel->width * (size_t)channel->height;
-    const bool is_turned = depth_is_turned(&settings->params);
     depth_numbers_add(&numbers, &settings->params, channel->depth, n);
-    if (is_turned)
-        depth_turn(channel->depth, n, channel->infinity);
-    const bool is_measured = rf_depth_measure(NULL, channel, &stats, NULL) == RF_OK;
-    if (is_turned)
-        depth_turn(channel->depth, n, channel->infinity);
-    if (!is_measured)
+    if (!depth_measure(&settings->params, channel, &stats))
         return false;
     depth_judge(found, source, settings, lens, &stats, &numbers);
     return true;
@@ -328,7 +364,7 @@ bool depth_move_edges(const struct depth_findings *found,
         rf_depth_fill(NULL, channel, &repaired->n_filled, NULL) != RF_OK)
         return false;
     if (found->is_mixed)
-        return rf_depth_snap(NULL, channel, &repaired->n_snapped, NULL) == RF_OK;
+        return depth_ratio_snap(&found->ratio, channel, &repaired->n_snapped);
     return !found->is_widened || rf_depth_narrow(NULL, channel, &found->stats,
                                                  &repaired->n_narrowed, NULL) == RF_OK;
 }

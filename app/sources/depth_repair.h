@@ -9,6 +9,7 @@
 #include <stdbool.h>
 
 #include "sources/depth_numbers.h"
+#include "sources/depth_ratio.h"
 #include "sources/settings.h"
 #include "sources/source.h"
 
@@ -29,9 +30,10 @@ struct depth_findings {
     bool is_kind_open;   /* nobody said which kind of depth it is */
     bool is_negative;    /* all of it, and no --depth-scale that makes it positive */
     bool is_turned;      /* measured and mended with the other sign, by depth_turn() */
-    bool is_named_other; /* the channel's name says that it holds no distances */
-    bool is_position;    /* the third of Px, Py, Pz */
-    bool is_of_ray;      /* NAME.T or hitdist, distances along the ray */
+    struct depth_ratio ratio; /* in which averages were measured and are mended */
+    bool is_named_other;      /* the channel's name says that it holds no distances */
+    bool is_position;         /* the third of Px, Py, Pz */
+    bool is_of_ray;           /* NAME.T or hitdist, distances along the ray */
     bool is_whole; /* whole numbers that nobody said the meaning or the scale of */
     bool is_uint;  /* the channel's type */
     /* How a range that goes on beyond 1 becomes one within it, as options; "": it is. */
@@ -45,6 +47,16 @@ bool depth_is_turned(const struct rf_params *params);
 /* Numbers before `infinity` with the other sign, so that near is less than far; twice is
  * the same again, but that no hit of -1e10 becomes one of 1e10. */
 void depth_turn(float *depth, size_t n, double infinity);
+
+/* What a depth looks like, turned where it is to be, and its averages in numbers whose
+ * ratios are those of distances. False without memory. */
+bool depth_measure(const struct rf_params *params,
+                   const struct rf_depth_channel *channel,
+                   struct rf_depth_stats *stats);
+
+/* Into what was measured in the values: what was in depth_ratio_of() them. */
+void depth_take_ratios(struct rf_depth_stats *stats,
+                       const struct rf_depth_stats *ratios);
 
 /* `channel` has the depth, and the colours where they are known. False without memory.
  */

@@ -174,9 +174,16 @@ def turned(change):
     return change_and_turn
 
 
+def buffer(channels):
+    """An anti-aliased z-buffer of 0.1 to 100."""
+    channels["Z"] = (100 * (1 - 0.1 / channels["Z"]) / 99.9).astype("f4")
+    mix(channels)
+
+
 @pytest.mark.parametrize(
     "change, remark",
     [
+        (buffer, "anti-aliased"),
         (spoil, "multiplied by alpha"),
         (mix, "anti-aliased"),
         (widen, "wider than what is seen"),
@@ -189,6 +196,8 @@ def test_depth_is_repaired_in_windows(rackfocus, scene, tmp_path, change, remark
     whole, windows = tmp_path / "whole.exr", tmp_path / "windows.exr"
     is_turned = plainexr.read(path)[0]["Z"].max() < 0
     options = [*FAST, "--depth-scale", -1 if is_turned else 1]
+    if change is buffer:
+        options += "--depth buffer --depth-near 0.1 --depth-far 100".split()
     done = rackfocus("filter", path, "-o", whole, *options)
     assert remark in done.stderr
     done = rackfocus("filter", path, "-o", windows, *options, "--max-memory", 150)
