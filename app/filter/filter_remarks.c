@@ -707,6 +707,9 @@ static void describe_aperture(const struct run *run, char *text, size_t n_bytes)
                  rf_filter_lens(run->filter)->lens_radius);
 }
 
+/* From such a radius on a blur is seen. */
+static const double SEEN_PX = 1;
+
 /* What the lens made of the picture. */
 static void describe_lens(const struct run *run, char *text, size_t n_bytes)
 {
@@ -718,8 +721,11 @@ static void describe_lens(const struct run *run, char *text, size_t n_bytes)
     }
     describe_aperture(run, aperture, sizeof(aperture));
     if (run->has_radii)
-        snprintf(radii, sizeof(radii), ", radii %.1f to %.1f px", run->least_radius,
-                 run->most_radius);
+        snprintf(radii, sizeof(radii), ", radii %.1f to %.1f px%s", run->least_radius,
+                 run->most_radius,
+                 run->least_radius > SEEN_PX || run->most_radius < -SEEN_PX
+                     ? ", nothing in focus"
+                     : "");
     else if (run->largest_radius > 0)
         snprintf(radii, sizeof(radii), ", radii up to %.1f px", run->largest_radius);
     snprintf(text, n_bytes, "focus %g, %s%s",

@@ -137,13 +137,12 @@ void depth_judge(struct depth_findings *found, const struct source *source,
         .is_premultiplied = stats->is_premultiplied,
         .is_speckled = is_distance && stats->is_speckled,
         .is_widened = is_distance && stats->is_widened && !stats->is_mixed,
-        .is_negative = is_distance && params->depth_scale > 0 &&
-                       stats->n_negative > 0 && !(stats->max > 0),
+        .is_negative = (is_distance || params->depth_offset == 0) &&
+                       params->depth_scale > 0 && stats->n_negative > 0 &&
+                       !(stats->max > 0),
         .is_turned = depth_is_turned(params),
         .ratio = depth_ratio_of(params),
     };
-    if (found->is_turned) /* who says so knows it */
-        found->stats.kind = RF_DEPTH_PLANAR;
     judge_names(found, source, settings);
     found->is_whole = is_whole(found, settings);
     if (numbers->n_beyond > 0)
@@ -219,7 +218,13 @@ const char *depth_fault(const struct depth_findings *found)
 }
 
 /* 3ds Max, Corona, Maxwell. */
-#define WHITE_NEAR "where near is white, also --depth-scale -1 --depth-offset 1"
+static const char *white_near(const struct depth_findings *found)
+{
+    return found->is_turned
+               ? "where near is white, --depth-scale 1 --depth-offset 1 in place of "
+                 "--depth-scale -1"
+               : "where near is white, also --depth-scale -1 --depth-offset 1";
+}
 
 /* From this share on of normalised depth above 1 it is no overshoot of a pixel filter. */
 static const double MOST_BEYOND = 0.01;
@@ -273,11 +278,12 @@ bool depth_is_refused(const struct depth_findings *found, char *text, size_t n_b
     const bool is_buffer = strncmp(guess, "buffer", 6) == 0;
     snprintf(text, n_bytes,
              "does not look like distances but %s (%s); say --depth %s with "
-             "--depth-near and --depth-far, --depth %s with both if it %s (" WHITE_NEAR
-             "), %sor --depth planar if they are",
+             "--depth-near and --depth-far, --depth %s with both if it %s (%s), %sor "
+             "--depth planar if they are",
              is_buffer ? "like a depth buffer" : "like normalised depth",
              found->stats.kind_reason, guess, is_buffer ? "normalised" : "buffer",
              is_buffer ? "grows evenly with distance" : "is a z-buffer",
+             white_near(found),
              found->stats.n_zero > 0
                  ? "--depth inverse if it is 1 / distance (Nuke), --depth "
                    "buffer-reversed-infinite with --depth-near if it is a reversed "
@@ -334,14 +340,13 @@ bool depth_is_doubtful(const struct depth_findings *found, char *text, size_t n_
                  "is above 1 in %zu pixels, up to %.4g, and normalised: they are taken "
                  "for nothing hit; say %s if they are farther than --depth-far",
                  found->numbers.n_beyond, found->numbers.beyond, found->rescaled);
-    else if (found->is_kind_open && !found->is_turned &&
-             stats->kind == RF_DEPTH_PLANAR && stats->max > 0 && stats->max <= 1 &&
-             stats->n_no_hit == 0)
+    else if (found->is_kind_open && stats->kind == RF_DEPTH_PLANAR && stats->max > 0 &&
+             stats->max <= 1 && stats->n_no_hit == 0)
         snprintf(text, n_bytes,
                  "is %g to %g, taken for distances; normalised and inverse depth may "
                  "look so, too: say --depth planar, normalised (with --depth-near and "
-                 "--depth-far; " WHITE_NEAR ") or inverse",
-                 stats->min, stats->max);
+                 "--depth-far; %s) or inverse",
+                 stats->min, stats->max, white_near(found));
     else
         return false;
     return true;

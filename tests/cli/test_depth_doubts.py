@@ -282,3 +282,20 @@ def test_an_orthographic_camera_is_named(said):
     assert "--projection orthographic" in told
     flat = ["--projection", "orthographic", "--ortho-scale", "4"]
     assert "flat" not in said(colour, 3 + x + y, *flat)
+
+
+@pytest.mark.parametrize(
+    "focus, is_sharp", [(FOCUS, True), (FOCUS * 0.3048, False), (90, False)]
+)
+def test_the_result_says_where_nothing_is_in_focus(
+    rackfocus, tmp_path, focus, is_sharp
+):
+    """As where the depth is in feet: no doubt, for it may be meant, but a fact."""
+    colour, z = room()
+    z = numpy.where(z < 2, 2, z) if focus < FOCUS else z
+    path = plainexr.write(
+        tmp_path / "in.exr", {c: colour for c in "RGB"} | {"Z": z.astype("f4")}
+    )
+    done = rackfocus("filter", path, "-o", tmp_path / "o.exr", *LENS,
+                     "--lens-radius", 0.2, "--focus-distance", focus)  # fmt: skip
+    assert ("px, nothing in focus, method" in done.stdout) != is_sharp, done.stdout

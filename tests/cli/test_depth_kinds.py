@@ -148,6 +148,33 @@ def test_anti_aliased_in_the_kind_of_the_file(filtered, kind):
     assert all(error[n] < 0.3 * before[n] for n in got)
 
 
+def test_normalised_depth_below_0_is_no_distance(filtered):
+    """0 to -1: --depth-scale -1 makes it positive, and no distance of it."""
+    ends = ["--depth", "normalised", "--depth-near", "0", "--depth-far", "20"]
+
+    def normalise(channels, sign=1, offset=0):
+        z = channels["Z"]
+        z[:] = sign * numpy.where(z > 10, 1, z / 20) + offset
+
+    want, said = filtered(normalise, *ends)
+    assert said == ""
+    for options in ([], ends):  # of the kind, nothing was said so far
+        _, said = filtered(lambda c: normalise(c, -1), *options, code=1)
+        assert "is negative everywhere" in said and "say --depth-scale -1" in said
+    turn = ["--depth-scale", "-1"]
+    _, said = filtered(lambda c: normalise(c, -1), *turn, code=1)
+    assert "like normalised depth" in said and "--depth planar if they are" in said
+    assert "--depth-scale 1 --depth-offset 1 in place of --depth-scale -1" in said
+    got, said = filtered(lambda c: normalise(c, -1), *turn, *ends)
+    assert said == "" and all((got[name] == want[name]).all() for name in got)
+    # Near is -1, far is 0: 1 + value.
+    white_near = [*ends, "--depth-scale", "1", "--depth-offset", "1"]
+    got, said = filtered(lambda c: normalise(c, 1, -1), *white_near)
+    assert said == "" and difference(got, want) < 1e-4
+    _, said = filtered(lambda c: normalise(c, -1), *turn, "--depth", "planar")
+    assert "look like" not in said
+
+
 @pytest.mark.parametrize("sky", [None, 1e10, -1e10, 0])
 @pytest.mark.parametrize("fault", ["was anti-aliased", "was multiplied by alpha"])
 def test_what_is_below_0_is_mended_as_what_is_above(filtered, fault, sky):
