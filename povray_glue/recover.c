@@ -39,15 +39,20 @@ static char *parse_scene(struct povray_scene *scene, enum rewrite_mode mode,
     const struct scene_render render = {.name = name, .mode = mode};
     struct run run = {0}, *runs[] = {&run};
     double is_done = 0;
-    const char *tail =
-        "\n#debug concat(\"@rf~width~\",str(image_width,0,0),"
-        "\";\\n@rf~height~\",str(image_height,0,0),\";\\n\")\n"
-        "#debug concat(\"@rf~clock~\",str(clock,0,12),\";\\n\")\n"
+    /* Before the scene, where it has an image_width of its own: but there it is before
+     * what it says of its version, too. */
+    const char *size = " #debug concat(\"@rf~width~\",str(image_width,0,0),"
+                       "\";\\n@rf~height~\",str(image_height,0,0),\";\\n\") ";
+    const bool is_declared = sources_declare_size(&scene->sources);
+    const char *rest =
+        "\n#debug concat(\"@rf~clock~\",str(clock,0,12),\";\\n\")\n"
         "#debug concat(\"@rf~delta~\",str(clock_delta,0,12),\";\\n\")\n"
         "#debug concat(\"@rf~first~\",str(initial_clock,0,12),\";\\n\")\n"
         "#debug concat(\"@rf~last~\",str(final_clock,0,12),\";\\n@rf~done~1;\\n\")"
         "\n#error \"rackfocus has what it needs\"\n";
-    if (!sources_write(&scene->sources, mode, file, "", tail)) {
+    char *tail = text_format("\n%s%s", is_declared ? "" : size, rest);
+    if (!tail ||
+        !sources_write(&scene->sources, mode, file, is_declared ? size : "", tail)) {
         scene_fail_file(error, scene->temp_folder);
     } else if (scene_start_run(scene, &run, file, &render, error)) {
         /* POV-Ray takes its time to end: stop it as soon as all is said. */
@@ -67,6 +72,7 @@ static char *parse_scene(struct povray_scene *scene, enum rewrite_mode mode,
     }
     run_stop(&run);
     free(file);
+    free(tail);
     if (!is_done) {
         free(records);
         records = NULL;

@@ -363,28 +363,76 @@ static char *quoted_name(const struct sources *sources)
     return text.data;
 }
 
+/* Does a directive give the word at i a value of the scene's own? */
+static bool is_declared(const struct tokens *tokens, int i)
+{
+    return token_is_directive(tokens, i - 1, "declare") ||
+           token_is_directive(tokens, i - 1, "local");
+}
+
+/* Is the word at i named alone, as in #undef W, #ifdef (W) and defined(W)? */
+static bool is_named(const struct tokens *tokens, int i)
+{
+    return token_is_directive(tokens, i - 1, "undef") ||
+           (token_is_sign(tokens, i - 1, '(') &&
+            (token_is_directive(tokens, i - 2, "ifdef") ||
+             token_is_directive(tokens, i - 2, "ifndef") ||
+             token_is_word(tokens, i - 2, "defined")));
+}
+
+static bool declares_in(const struct tokens *tokens, const char *word)
+{
+    for (int i = 1; i < tokens->n; i++)
+        if (token_is_word(tokens, i, word) && is_declared(tokens, i))
+            return true;
+    return false;
+}
+
+/* Does the scene declare the word, in any of its files? */
+static bool declares(const struct sources *sources, const char *word)
+{
+    for (int k = 0; k < sources->n; k++)
+        if (declares_in(&sources->items[k].tokens, word))
+            return true;
+    return false;
+}
+
+bool sources_declare_size(const struct sources *sources)
+{
+    return declares(sources, "image_width") || declares(sources, "image_height");
+}
+
 /* Puts values in place of words that POV-Ray would have another value for: the passes
- * have a size, a time and a name of their own. */
+ * have a size, a time and a name of their own. A scene that declares such a word has its own value from there on;
+ * before it, in the same file, it has POV-Ray's. */
 static void set_values(struct text *text, const struct sources *sources)
 {
     const bool has_size = sources->width > 0 && sources->mode != REWRITE_RECORD;
     struct {
         const char *word;
-        char *value; /* NULL: as POV-Ray has it */
-    } values[] = {
-        {"image_width", has_size ? text_format("%d", (int)sources->width) : NULL},
-        {"image_height", has_size ? text_format("%d", (int)sources->height) : NULL},
-        {"now", text_format("%.15g", sources->now_days)},
-        {"input_file_name", quoted_name(sources)}};
+        char *value;      /* NULL: as POV-Ray has it */
+        bool is_declared; /* the scene's own from here on */
+    } values[] = {{"image_width",
+                   has_size ? text_format("%d", (int)sources->width) : NULL, false},
+                  {"image_height",
+                   has_size ? text_format("%d", (int)sources->height) : NULL, false},
+                  {"now", text_format("%.15g", sources->now_days), false},
+                  {"input_file_name", quoted_name(sources), false}};
     const size_t n_values = sizeof values / sizeof *values;
     struct tokens tokens;
     struct text out = {0};
     size_t copied = 0;
     text_add(text, "", 0);
     tokens_scan(&tokens, text->data, text->n);
+    for (size_t k = 0; k < n_values; k++)
+        values[k].is_declared =
+            declares(sources, values[k].word) && !declares_in(&tokens, values[k].word);
     for (int i = 0; i < tokens.n; i++) {
         for (size_t k = 0; k < n_values; k++) {
             if (!values[k].value || !token_is_word(&tokens, i, values[k].word))
+                continue;
+            values[k].is_declared |= is_declared(&tokens, i);
+            if (values[k].is_declared || is_named(&tokens, i))
                 continue;
             text_add(&out, text->data + copied, tokens.items[i].begin - copied);
             text_addf(&out, "%s", values[k].value);

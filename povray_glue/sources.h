@@ -59,6 +59,9 @@ char *sources_find(const struct sources *sources, const char *name);
 bool sources_add_computed(struct sources *sources, const char *name);
 void sources_forget_copies(struct sources *sources);
 
+/* Does the scene declare an image_width or image_height of its own? */
+bool sources_declare_size(const struct sources *sources);
+
 /* What image_width and image_height are to be in the copies to come, but those that
  * record: the passes may be larger than the picture. */
 void sources_set_size(struct sources *sources, int32_t width, int32_t height);

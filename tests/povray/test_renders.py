@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """All renders of a picture are of the same scene: time, header and kept light."""
 
+import re
 import subprocess
 
 import numpy
 import pytest
-from conftest import SIZE, read_exr
+from conftest import SCENE, SIZE, read_exr
 
 #: The ball is somewhere else at each thousandth of a second.
 MOVING = """#version 3.7;
@@ -167,3 +168,27 @@ def test_checks_and_reflections_lose_no_light(rackfocus, tmp_path):
     (tmp_path / "s.pov").write_text(stars + rest)
     done = rackfocus("povray", "s.pov", "-o", "o.exr", "--", *SIZE, cwd=tmp_path)
     assert IS_LOST not in done.stderr
+
+
+@pytest.mark.parametrize(
+    "head, aspect",
+    [
+        ("#declare image_width = 1920;\n#declare image_height=1080;", 16 / 9),
+        ('#include "size.inc"', 16 / 9),
+        ("#ifndef (image_width) #declare image_width = 3; #end", 4 / 3),
+        ("#if (!defined(image_height)) #error \"none\" #end", 4 / 3),
+        ("#declare W = image_width;\n#declare image_width = W;", 4 / 3),
+    ],
+)  # fmt: skip
+def test_a_scene_may_have_an_image_width_of_its_own(rackfocus, tmp_path, head, aspect):
+    """The words of its size that POV-Ray lets a scene declare anew, or ask for."""
+    (tmp_path / "size.inc").write_text(
+        "#declare image_width = 1920; #declare image_height = 1080;\n"
+    )
+    (tmp_path / "s.pov").write_text(SCENE.replace("camera {", f"{head}\ncamera {{"))
+    said = rackfocus("povray", "s.pov", "--camera", "--", *SIZE, cwd=tmp_path).stdout
+    right = re.search(r"right (\S+)", said).group(1)
+    assert float(right) == pytest.approx(aspect, rel=1e-5)
+    rackfocus("povray", "s.pov", "-o", "o.exr", "--supersample", "2", "--", *SIZE,
+              cwd=tmp_path)  # fmt: skip
+    assert read_exr(tmp_path / "o.exr")["R"].shape == (120, 160)
