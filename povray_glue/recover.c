@@ -21,6 +21,8 @@
 #define LEAST_SIZE 1e-3
 /* Rounds in which files under computed names are looked for. */
 #define MAX_COMPUTED 4
+/* Of the focus distance, in place of an aperture of 0: blurs by less than 0.001 px. */
+#define LEAST_APERTURE 1e-7
 /* Side of the smallest picture that shows whether a camera is right, px. */
 #define LEAST_SIDE 2
 /* POV-Ray's size where no option gives one, px. */
@@ -244,6 +246,15 @@ static const char *lens_of_usual_camera(const struct povray_scene *scene)
                  "with --aperture and --focal-point, or write a camera into the scene";
 }
 
+/* Has the camera an aperture that is 0 in this frame of an animation, as where it opens?
+ * POV-Ray's picture of it is sharp. */
+static bool is_closed(const struct povray_scene *scene)
+{
+    return scene->options.frame >= 0 && scene->camera.aperture == 0 &&
+           scene->camera.focus_distance > 0 &&
+           strstr(scene->records, "@rf~aperture~") != NULL;
+}
+
 /* The camera of the records, with the user's lens in place of the scene's. */
 bool scene_choose_camera(struct povray_scene *scene, struct povray_error *error)
 {
@@ -255,8 +266,10 @@ bool scene_choose_camera(struct povray_scene *scene, struct povray_error *error)
         return (scene->guess == 0 && scene->n_guesses > 0 && !glue_is_lost()) ||
                scene_fail(scene, error);
     }
-    const bool has_lens = camera->aperture != 0;
     choose_focus(camera, options);
+    if (is_closed(scene))
+        camera->aperture = LEAST_APERTURE * camera->focus_distance;
+    const bool has_lens = camera->aperture != 0;
     camera->is_sharp = has_lens && camera->blur_samples == 0 &&
                        !options->has_aperture && !options->has_f_stop;
     if (options->has_aperture)

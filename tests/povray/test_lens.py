@@ -6,7 +6,7 @@ import subprocess
 
 import numpy
 import pytest
-from conftest import SIZE, read_exr
+from conftest import SCENE, SIZE, read_exr
 
 WORLD = """
 sphere { <0,1,0>,1 pigment { checker rgb 1 rgb 0.2 scale 0.2 } }
@@ -239,3 +239,15 @@ def test_a_far_background_of_a_file_is_not_cut(rackfocus, tmp_path):
                              "--lens-radius", radius, code=code,
                              cwd=tmp_path)  # fmt: skip
             assert ("is cut" in done.stderr) == is_cut
+
+
+def test_an_aperture_that_opens(rackfocus, tmp_path):
+    """0 in the first frame of an animation, which is as sharp as POV-Ray's own."""
+    (tmp_path / "s.pov").write_text(SCENE.replace("aperture 0.6", "aperture 0.6*clock"))
+    size = ["--", "+W64", "+H48"]
+    said = rackfocus("povray", "s.pov", "-o", "o.#.exr", "--frames", "0-1", *size,
+                     cwd=tmp_path).stdout  # fmt: skip
+    first, second = map(float, re.findall(r"lens radius (\S+),", said))
+    assert 0 < first < 1e-6 and second == pytest.approx(0.15, rel=1e-5)
+    said = rackfocus("povray", "s.pov", "-o", "o.exr", *size, cwd=tmp_path, code=1)
+    assert "has no aperture; give one with --aperture" in said.stderr
