@@ -20,9 +20,11 @@
 
 #include "rackfocus/rackfocus.h"
 
-/* factor * value + offset; a factor of 0: the values are such numbers as they are. */
+/* factor * value + offset; a factor of 0: the values are such numbers as they are. A range
+ * that is far from 0 is taken nearer to it, so that what it tells apart are steps. */
 struct depth_ratio {
     double factor, offset;
+    double nothing; /* the value where nothing was hit, which is 0 to rf_depth_snap() */
 };
 
 /* What the values of a depth become. */

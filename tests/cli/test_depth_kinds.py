@@ -148,6 +148,53 @@ def test_anti_aliased_in_the_kind_of_the_file(filtered, kind):
     assert all(error[n] < 0.3 * before[n] for n in got)
 
 
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("ends", [(0.1, 1000), (2.9, 40)])
+def test_thin_things_before_the_far_end(rackfocus, scene, tmp_path, kind, ends):
+    """What takes part of a pixel before nothing becomes itself or nothing."""
+    near, far = ends
+
+    def change(channels):
+        height, width = channels["Z"].shape
+        y, x = numpy.mgrid[0:height, 0:width]
+        share = smooth_disc(channels, 14, 2)
+        for at_x, at_y in ((6, 8.4), (40.3, 4), (90.5, 30.2), (3, 55.7)):
+            lamp = numpy.clip(1.2 - numpy.hypot(x - at_x, y - at_y) + 0.5, 0, 1)
+            share = share + lamp
+        deep = numpy.float64(far)
+        values = {  # at the thing and where nothing is
+            "normalised": ((3 - near) / (deep - near), 1),
+            "normalised --depth-scale -1 --depth-offset 1": (
+                (deep - 3) / (deep - near), 0
+            ),
+            "buffer": (deep * (3 - near) / ((deep - near) * 3), 1),
+            "buffer-reversed": (near * (deep - 3) / ((deep - near) * 3), 0),
+            "buffer-infinite": (1 - near / 3, 1),
+            "buffer-reversed-infinite": (near / 3, 0),
+            "inverse": (1 / 3, 0),
+        }[kind]  # fmt: skip
+        channels["Z"] = (share * values[0] + (1 - share) * values[1]).astype("f4")
+        for name in "RGB":
+            channels[name] = share.astype("f4")
+
+    options = ["--depth", *kind.split()]
+    for name, end in (("near", near), ("far", far)):
+        if kind != "inverse" and not (name == "far" and "infinite" in kind):
+            options += [f"--depth-{name}", str(end)]
+    coc = tmp_path / "coc.exr"
+    done = rackfocus(
+        "filter", scene(size=SIZE, change=change), "-o", tmp_path / "o.exr", *LENS,
+        "--output-coc", coc, *PLAIN, *options,
+    )  # fmt: skip
+    assert "was anti-aliased" in done.stderr
+    radii = plainexr.read(coc)[0]["Y"]
+    thing, nothing = (10 * (1 / 6 - 1 / z) for z in (3, numpy.inf))
+    is_thing, is_nothing = abs(radii - thing) < 0.05, abs(radii - nothing) < 0.05
+    assert radii.min() > thing - 0.05
+    assert (is_thing | is_nothing).mean() > 0.98
+    assert 0.8 < is_thing.sum() / (numpy.pi * 14**2) < 1.2
+
+
 def test_normalised_depth_below_0_is_no_distance(filtered):
     """0 to -1: --depth-scale -1 makes it positive, and no distance of it."""
     ends = ["--depth", "normalised", "--depth-near", "0", "--depth-far", "20"]
