@@ -135,19 +135,34 @@ static void run(void *data, const bool *stop)
     denoiser_close(denoiser);
 }
 
-static int warn(const struct module_state *state, const char *doubt)
+/* Raises or prints a ViewsWarning; `about` goes with it. */
+static int warn(const struct module_state *state, const char *about, const char *doubt)
 {
-    return *doubt
-               ? PyErr_WarnFormat(state->views_warning, 2, "%s: %s", names[OWN], doubt)
-               : 0;
+    if (!*doubt)
+        return 0;
+    PyObject *text = PyUnicode_FromFormat("%s: %s", names[OWN], doubt);
+    PyObject *warning =
+        text ? PyObject_CallFunctionObjArgs(state->views_warning, text, NULL) : NULL;
+    PyObject *name = warning ? PyUnicode_FromString(about) : NULL;
+    PyObject *module = name ? PyImport_ImportModule("warnings") : NULL;
+    PyObject *done = NULL;
+    if (module && PyObject_SetAttrString(warning, "about", name) == 0)
+        done = PyObject_CallMethod(module, "warn", "OOi", warning, Py_None, 2);
+    const int status = done ? 0 : -1;
+    Py_XDECREF(done);
+    Py_XDECREF(module);
+    Py_XDECREF(name);
+    Py_XDECREF(warning);
+    Py_XDECREF(text);
+    return status;
 }
 
 /* Warns of a guide of another light or lens, as the command does. */
 static int warn_guide(const struct module_state *state, struct run *r)
 {
-    if (plugin_run_aside(find_doubts, r) < 0 || warn(state, r->light) < 0)
+    if (plugin_run_aside(find_doubts, r) < 0 || warn(state, "light", r->light) < 0)
         return -1;
-    return warn(state, r->lens);
+    return warn(state, "lens", r->lens);
 }
 
 /* Runs, copies the results back; -1 with an exception set. */

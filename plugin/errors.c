@@ -59,11 +59,16 @@ int plugin_add_errors(PyObject *module, struct module_state *state)
                   "A parameter was given that the method or another parameter leaves "
                   "without effect.",
                   PyExc_UserWarning, NULL);
-    state->views_warning =
-        add_class(module, "ViewsWarning",
-                  "Several views are hardly of one lens and exposure: they lie "
-                  "elsewhere than is said of them, or one is brighter.",
-                  PyExc_UserWarning, NULL);
+    members = Py_BuildValue("{s:s}", "about", "");
+    if (!members)
+        return -1;
+    state->views_warning = add_class(
+        module, "ViewsWarning",
+        "Several views, or the two pictures of finish(), are hardly of one lens and "
+        "exposure.\n\nabout: of finish(), 'light' where one is brighter, 'lens' where "
+        "they are blurred in another way; else ''.",
+        PyExc_UserWarning, members);
+    Py_DECREF(members);
     bool is_complete = state->unread_warning && state->views_warning &&
                        state->parameter_error && state->depth_error &&
                        state->pixel_error && state->cancelled_error;

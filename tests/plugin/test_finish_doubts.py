@@ -38,12 +38,14 @@ def test_a_guide_of_another_lens_is_told(own, passes, lens, recwarn):
     (told,) = recwarn.list
     assert told.category is rackfocus.ViewsWarning and told.filename == __file__
     assert "own: is blurred in another way than ours in" in str(told.message)
+    assert told.message.about == "lens"
 
 
 def test_a_guide_of_another_exposure_is_told(own, passes):
     ours = rackfocus.apply(*passes, focus_distance=10, **LENS)
-    with pytest.warns(rackfocus.ViewsWarning, match="is 2 times as bright as ours"):
+    with pytest.warns(rackfocus.ViewsWarning, match="is 2 times as bright") as told:
         finish(own, ours / 2)
+    assert told[0].message.about == "light" and rackfocus.ViewsWarning.about == ""
 
 
 def test_the_right_guide_is_not(own, passes, recwarn):
