@@ -12,6 +12,7 @@ import json
 import os
 import subprocess
 import sys
+import warnings
 from pathlib import Path
 
 import bpy
@@ -31,7 +32,7 @@ FAILED = 3  # exit status of BESIDE that goes with a message
 POLL_S = 0.2
 # Works in a process of its own; see _run_beside().
 BESIDE = f"""
-import json, sys
+import json, sys, warnings
 sys.path[:0], folder = sys.argv[1:3], sys.argv[3]
 from pathlib import Path
 import numpy, rackfocus
@@ -40,6 +41,7 @@ def array(name):
     return numpy.load(path) if path.exists() else None
 about = json.loads(Path(folder, "about.json").read_text())
 given = {{name: about[name] for name in ("library", "quality", "threads")}}
+doubts = []
 try:
     if about["places"]:
         size, threads = about["size"], about["threads"]
@@ -57,14 +59,18 @@ try:
         outs = [array("ours")]
         names = ("albedo", "normal")
         guides = {{name: array(name) for name in names}}
-        rackfocus.finish(
-            array("own"), outs[0], outs[0], check=False, **guides, **given
-        )
+        with warnings.catch_warnings(record=True) as told:
+            warnings.simplefilter("always", rackfocus.ViewsWarning)
+            rackfocus.finish(
+                array("own"), outs[0], outs[0], white=about["white"], **guides, **given
+            )
+        doubts = [getattr(one.message, "about", "") for one in told]
 except Exception as error:
     print(error, file=sys.stderr)
     sys.exit({FAILED})
 for j, out in enumerate(outs):
     numpy.save(f"{{folder}}/out{{j}}.npy", out)
+Path(folder, "doubts.json").write_text(json.dumps(doubts))
 """
 
 _found = set()  # what library() gave, of libraries that have worked
@@ -100,26 +106,33 @@ def quality_of(scene):
     return getattr(cycles, "denoising_quality", "HIGH").lower()
 
 
-def finish(own, ours, guides, quality="high"):
+def finish(own, ours, guides, quality="high", white=1.0):
     """rackfocus.finish() into the colours of `ours`, (height, width, 3 or 4).
 
-    `guides`: albedo and normals of the own render, by these names, where known. A
-    library that is not Blender's own runs in another process: that of PyPI (2.5) and
-    the memory allocator of Debian's Blenders (3.4, 5.2) end both.
+    `guides`: albedo and normals of the own render, by these names, where known; white:
+    as of rackfocus.finish(). Returns in what `ours` differs from `own` though it should
+    not: "light", "lens" (a set). A library that is not Blender's own runs in another
+    process: that of PyPI (2.5) and the memory allocator of Debian's Blenders (3.4, 5.2)
+    end both.
     """
     path, is_own = library()
-    if is_own:
-        about = {"library": path, "quality": quality, "threads": preferences.threads()}
-        rackfocus.finish(own, ours, ours[..., :3], check=False, **guides, **about)
-    else:
+    about = {"quality": quality, "white": white}
+    if not is_own:
         given = {"own": own[..., :3], "ours": ours[..., :3], **guides}
-        ours[..., :3] = _run_beside(path, given, {"places": [], "quality": quality})[0]
+        outs, doubts = _run_beside(path, given, {"places": [], **about})
+        ours[..., :3] = outs[0]
+        return set(doubts)
+    about |= {"library": path, "threads": preferences.threads()}
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always", rackfocus.ViewsWarning)
+        rackfocus.finish(own, ours, ours[..., :3], **guides, **about)
+    return {getattr(one.message, "about", "") for one in told}
 
 
 def _run_beside(path, given, about, report=lambda _: True):
-    """What BESIDE writes, done by Python in another process; OSError with its message.
+    """What BESIDE writes, done by Python in another process: pictures, doubts of finish().
 
-    given: arrays by name; about: what else it reads.
+    OSError with its message. given: arrays by name; about: what else it reads.
     """
     about = {**about, "library": path, "threads": preferences.threads()}
     n_bytes = sum(4 * values.size for values in given.values())
@@ -131,7 +144,8 @@ def _run_beside(path, given, about, report=lambda _: True):
         command = [sys.executable, "-c", BESIDE, *places, str(folder)]
         _wait(command, report)
         n = max(len(about["places"]), 1)
-        return [np.load(folder / f"out{j}.npy") for j in range(n)]
+        outs = [np.load(folder / f"out{j}.npy") for j in range(n)]
+        return outs, json.loads((folder / "doubts.json").read_text())
 
 
 def _wait(command, report):
@@ -241,7 +255,7 @@ def _denoised(scene, size, params, found, guides, report):
             given |= {f"colour{j}": layer.colour, f"depth{j}": layer.depth}
             given |= {f"{name}{j}": values for name, values in guides[j].items()}
         about = {"places": places, "size": size, "params": params, "quality": quality}
-        return _run_beside(path, given, about, report)
+        return _run_beside(path, given, about, report)[0]
     views = [
         (layer.colour, layer.depth, *place)
         for (layer, _), place in zip(found, places, strict=True)

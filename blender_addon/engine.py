@@ -390,9 +390,10 @@ class RackFocusEngine(bpy.types.RenderEngine):
         colour = cut_out(own[0], source.render).colour
         guides = own[1] if colour.shape == own[0].colour.shape else None
         try:
-            finishing.clean(source, colour, picture[::-1], guides)
+            doubt = finishing.clean(source, colour, picture[::-1], guides)
         except finishing.FinishError as problem:
             return problem
+        self._note(source, doubt)
         seconds["finish"] = time.perf_counter() - started
         return None
 

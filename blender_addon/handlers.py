@@ -322,6 +322,7 @@ def on_change(_scene=None, depsgraph=None):
     """Follows a change of the scene's camera, its view layers, or a copied scene."""
     global _is_busy
     walked.follow(depsgraph)
+    taken.follow(depsgraph)
     if _is_busy or engine.rendering or bpy.app.is_job_running("RENDER"):
         return
     _is_busy = True

@@ -3,6 +3,7 @@
 
 A refocus filters that render. Where one of another size or region would be wanted, it is
 refused; where the camera stands elsewhere now, the picture is made and the render says so.
+What else changed since counts for Finish alone, which renders once more.
 """
 
 from typing import NamedTuple
@@ -26,6 +27,9 @@ class Taken(NamedTuple):
 
 
 _taken = names.store()  # scene name: Taken of its last render
+_changed = names.store()  # scene name: True, where what it shows changed since
+# Datablocks whose changes are none of what is seen, or are told elsewhere.
+UNSEEN = ("Camera", "Collection", "CompositorNodeTree", "Scene", "ViewLayer")
 
 
 def _region(render):
@@ -52,11 +56,38 @@ def note(scene, camera):
     """A render of a scene has ended; camera: the evaluated object it looked through."""
     place = _place(camera, scene.render)
     _taken[scene.name] = Taken(*_region(scene.render), camera.name, place)
+    _changed.pop(scene.name, None)
+
+
+def follow(depsgraph):
+    """Notes a change of what a scene shows; depsgraph: of the change, or None."""
+    if depsgraph is None or depsgraph.scene.name not in _taken:
+        return
+    if any(map(_is_seen, depsgraph.updates)):
+        _changed[depsgraph.scene.name] = True
+
+
+def _is_seen(update):
+    """Does a change concern what is rendered? Frames and our own changes are none."""
+    changed = update.id
+    kind = changed.bl_rna.identifier
+    if kind != "Object":
+        is_any = update.is_updated_geometry or update.is_updated_shading
+        return is_any and kind not in UNSEEN
+    is_empty = changed.type == "EMPTY" and changed.instance_type == "NONE"
+    is_moved = update.is_updated_transform or update.is_updated_geometry
+    return is_moved and changed.type != "CAMERA" and not is_empty
+
+
+def has_changed(scene):
+    """Was something that a scene shows changed since its last render?"""
+    return scene.name in _changed
 
 
 def forget(scene=None):
     """What is kept is no render of this session, or of none that is known."""
-    _taken.clear() if scene is None else _taken.pop(scene.name, None)
+    for kept in (_taken, _changed):
+        kept.clear() if scene is None else kept.pop(scene.name, None)
 
 
 def why_refused(scene, size):

@@ -16,7 +16,7 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).parent))
 import checking  # noqa: E402
 import common  # noqa: E402
-from checking import OUT, Checks, key_focus  # noqa: E402
+from checking import OUT, Checks, heard, key_focus  # noqa: E402
 from common import (  # noqa: E402
     addon,
     filtered,
@@ -273,6 +273,48 @@ def every_render_is_finished():
     data.rack_focus.use_finish = False
     assert np.abs(rgba(render(scene, OUT / "f.exr")) - frames[1]).max() > 0
     assert sorted(s.name for s in bpy.data.scenes) == ["Scene", "Scene Rack Focus"]
+
+
+@check
+def a_picture_that_does_not_fit_is_told():
+    """What moved and lights that changed since F12; nothing of the right picture."""
+    scene, data = start()
+    scene.render.resolution_x, scene.render.resolution_y = 216, 144
+    data.dof.aperture_fstop = 0.8  # so that there is detail
+    ours = rgba(render(scene, OUT / "f.exr"))
+    data.dof.focus_distance = 2.5  # the picture follows the lens
+    bpy.ops.rack_focus.finish(samples=4)
+    assert not last_message(scene), last_message(scene)
+    data.dof.focus_distance = 3
+    finishing = addon("finishing")
+    cubes = [item for item in scene.objects if item.type == "MESH"]
+    for item in cubes:
+        item.location.z += 0.03 * item.location.y
+    with heard() as said:
+        bpy.ops.rack_focus.finish(samples=4)
+    assert addon("taken").has_changed(scene)
+    assert last_message(scene) == finishing.OTHER_THINGS, last_message(scene)
+    assert "press F12, then Finish" in said.getvalue()
+    own = np.array(kept_own(scene)[0])
+    for item in cubes:
+        item.data.materials[0].node_tree.nodes["Emission"].inputs[1].default_value = 3
+    world = scene.world.node_tree.nodes["Background"]
+    world.inputs["Strength"].default_value = 3
+    bpy.ops.rack_focus.finish(samples=4)
+    assert last_message(scene) == finishing.OTHER_LIGHT, last_message(scene)
+    render(scene, OUT / "f.exr")
+    bpy.ops.rack_focus.finish(samples=4)
+    assert not last_message(scene), last_message(scene)
+    # Fur and mirrors look as if something had changed.
+    assert not finishing.clean(scene, own, ours.copy())
+    # What is bright is told by what is shown as white.
+    dark, bright = ours.copy(), 32 * ours
+    finishing.clean(scene, own, dark)
+    scene.view_settings.exposure = -5
+    finishing.clean(scene, 32 * own, bright)
+    assert np.allclose(bright / 32, dark, rtol=1e-3, atol=1e-4), tpsnr(
+        bright / 32, dark
+    )
 
 
 def refusal(**about):
