@@ -5,6 +5,8 @@ import types
 
 import bpy
 
+FILTERED = ("PERSP", "ORTHO")  # types of cameras; panoramic ones have no plane of depth
+
 
 def view_cameras(scene, camera):
     """The cameras that a multi-view render uses in the place of `camera`."""
@@ -85,13 +87,15 @@ def open_lenses(cameras, depsgraph, are_open):
     """Switches the own depth of field of objects on or off in what a render evaluated.
 
     cameras: objects, of which those that are no cameras count for nothing. Those of the
-    file are not touched: nothing is seen of it, nor saved.
+    file are not touched: nothing is seen of it, nor saved. Panoramic ones stay as they
+    are: their picture is not filtered.
     """
     for camera in filter(None, cameras):
         if settings_of(camera).enabled:
             seen = camera.evaluated_get(depsgraph)
             is_seen = seen.is_evaluated and seen.data.is_evaluated
-            if is_seen and seen.data.dof.use_dof != are_open:
+            is_filtered = is_seen and seen.data.type in FILTERED
+            if is_filtered and seen.data.dof.use_dof != are_open:
                 seen.data.dof.use_dof = are_open
 
 

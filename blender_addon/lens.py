@@ -13,6 +13,7 @@ import math
 import numpy as np
 
 from . import driven
+from .camera_objects import FILTERED
 from .compat import ORTHO_LENS_IS_AT_CLIP
 from .library import rackfocus
 
@@ -98,7 +99,7 @@ def aperture_parameters(dof):
 
 def why_not(camera):
     """Why a camera object cannot be filtered, in the artist's words; "" if it can."""
-    if camera.type != "CAMERA" or camera.data.type not in ("PERSP", "ORTHO"):
+    if camera.type != "CAMERA" or camera.data.type not in FILTERED:
         return (
             "Rack Focus needs a perspective or orthographic camera; "
             f"“{camera.name}” is of another type"

@@ -605,9 +605,16 @@ def cameras_bound_to_markers_with_views():
         same(rgba(render(scene, OUT / "vm.exr")), picture)
 
 
+def open_panorama(data):
+    """A panoramic camera with its own depth of field, which stays on."""
+    data.type = "PANO"
+    data.dof.use_dof, data.dof.aperture_fstop = True, 0.02
+
+
 # What makes a camera one that cannot be filtered, and what the message says.
 UNFILTERED = (
     ("another type", lambda data: setattr(data, "type", "PANO")),
+    ("another type", open_panorama),
     ("focused on itself", lambda data: setattr(data.dof, "focus_distance", 0)),
 )
 MANY = (
