@@ -83,6 +83,7 @@ def _prepare(scene):
     group.remove_unused()
     setup.refresh(scene)
     park.restore(scene)
+    setup.sync(scene)
     setup.heal(scene)
     for one in setup.user_scenes():  # nodes and strips show other scenes
         sharp.need_pass(one)

@@ -7,7 +7,7 @@ render is put right when it opens.
 
 import contextlib
 
-from . import compat, setup
+from . import compat, links, setup
 
 HOST = "rack_focus_host"  # of nodes that look at a copy: what they looked at before
 LAYER = "rack_focus_layer"  # of the same nodes: their view layer
@@ -48,7 +48,7 @@ def begin(scene, copies, more=()):
             tail = setup.add_node(tree, scene, node.layer)
             tail.location = node.location
             tail[TAIL] = node.name
-            setup.move_links(tree, node, tail)
+            links.move_links(tree, node, tail)
             _host(node, "filter", rendered[0])
     sources += setup.mattes_in_groups(tree, scene)
     for node in sources if copies else ():
@@ -80,5 +80,5 @@ def _take_back(tree, scene, ours):
     for tail in [n for n in tree.nodes if TAIL in n]:
         node = tree.nodes.get(tail[TAIL])
         if node is not None:
-            setup.move_links(tree, tail, node)
+            links.move_links(tree, tail, node)
         tree.nodes.remove(tail)

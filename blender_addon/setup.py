@@ -20,6 +20,7 @@ from . import (
     group,
     layout,
     library,
+    links,
     mirrors,
     passes,
     sharp,
@@ -145,21 +146,6 @@ def add_node(tree, scene, layer_name):
     return node
 
 
-def move_links(tree, source, target):
-    """Lets every link from `source` start at the same socket of `target` instead.
-
-    Links from sockets that the target lacks are removed.
-    """
-    for link in list(tree.links):
-        if link.from_node != source:
-            continue
-        end, name = link.to_socket, link.from_socket.name
-        tree.links.remove(link)
-        output = target.outputs.get(name)
-        if output is not None and output.enabled:
-            tree.links.new(output, end)
-
-
 def take_over(tree, source, node):
     """Puts `node` between a Render Layers node and what follows it."""
     layout.put_below(tree, node, source)
@@ -172,26 +158,12 @@ def take_over(tree, source, node):
             tree.links.new(node.outputs[name], end)
 
 
-def _put_over(tree, nodes, output):
-    """Chains the pictures of several layers with Alpha Over; returns the new nodes."""
-    made, below = [], nodes[0].outputs["Image"]
-    for node in nodes[1:]:
-        over, background, foreground = compat.alpha_over(tree)
-        over.location = (node.location.x + 320, node.location.y)
-        tree.links.new(below, background)
-        tree.links.new(node.outputs["Image"], foreground)
-        below = over.outputs[0]
-        made.append(over)
-    tree.links.new(below, output)
-    return made
-
-
 def put_behind(scene, tree, before, node):
     """Puts a node with sockets between another one's picture and what follows it."""
     if before.type == "R_LAYERS" and before.scene == filter_scene_of(scene):
         own = [n for n in layer_nodes(tree, scene) if n.layer == before.layer]
         if own:
-            move_links(tree, before, own[0])
+            links.move_links(tree, before, own[0])
             before = own[0]
     pictures = [s for s in before.outputs if s.enabled and s.type == "RGBA"]
     if not pictures:
@@ -208,7 +180,7 @@ def unblur_before(scene, tree, node):
     for ours in layer_nodes(tree, filter_scene_of(scene)) if before else ():
         own = [n for n in layer_nodes(tree, scene) if n.layer == ours.layer]
         if ours in before and own:
-            move_links(tree, ours, own[0])
+            links.move_links(tree, ours, own[0])
 
 
 def _follow_denoisers(tree, source):
@@ -272,6 +244,10 @@ def _add_nodes(scene, tree, is_new):
     helpers = [node.name for node in compat.complete_nodes(tree, scene)]
     helpers += _lead_past(scene, tree, used)
     is_alone = bool(helpers)  # does no node of the artist's lead to the output?
+    for source in layer_nodes(tree, scene) if used else ():
+        is_made = is_new or source.name in helpers
+        if is_made and source.layer not in used:  # it shows the first layer of all
+            source.layer = used[0]
     for source in layer_nodes(tree, scene):
         _follow_denoisers(tree, source)
     if group.nodes_of(scene):  # they filter; a node without links lets Blender call us
@@ -296,7 +272,7 @@ def _add_nodes(scene, tree, is_new):
             node = add_node(tree, scene, name)
             layout.put_below(tree, node, ours[-1])
             ours.append(node)
-        others = _put_over(tree, ours, output)
+        others = links.put_over(tree, ours, output)
     for end in [e for e in asleep.outputs(tree) if not e.is_linked]:
         tree.links.new(output.links[0].from_socket, end)
     return helpers + [node.name for node in others]
@@ -314,7 +290,7 @@ def _remove_nodes(scene, record):
                 both = [s for s in before if s in alike]
                 source = next(iter(both or alike or before), None)
                 if source is not None:
-                    move_links(one, node, source)
+                    links.move_links(one, node, source)
                 one.nodes.remove(node)
         helpers = [tree.nodes.get(name) for name in record["helpers"]]
         for node in filter(None, helpers):
@@ -567,6 +543,30 @@ def _sync_views(source, target):
             set_if_other(target.views[index], name, getattr(view, name))
 
 
+def _follow_use(scene, ours):
+    """Lets nodes that are all ours show view layers that are rendered, where none does.
+
+    Blender without nodes shows the first one that is.
+    """
+    tree, record = compat.compositor_tree(scene), json.loads(
+        scene.rack_focus.record or "{}"
+    )
+    if tree is None or not record:
+        return
+    filters, used = layer_nodes(tree, ours), [
+        one.name for one in scene.view_layers if one.use
+    ]
+    made = {*(node.name for node in filters), *record["helpers"]}
+    others = [name for name in _node_names(tree) if name not in made]
+    are_ours = record["is_new"] or record.get("was_off") or not record["nodes"]
+    shown = [node.layer for node in filters]
+    if not are_ours or others != record["nodes"] or {*shown} & {*used}:
+        return
+    new_layers = dict(zip(dict.fromkeys(shown), used, strict=False))
+    for node in [*filters, *layer_nodes(tree, scene)]:
+        node.layer = new_layers.get(node.layer, node.layer)
+
+
 def _need_depth(scene):
     """Switches the Z pass on where it is off, and notes it."""
     record = json.loads(scene.rack_focus.record or "{}")
@@ -651,6 +651,7 @@ def sync(scene):
     _sync_views(scene.render, ours.render)
     _sync_cameras(scene, ours)
     _sync_layers(scene, ours)
+    _follow_use(scene, ours)
     _sync_lenses(scene, ours)
     driven.follow(camera_objects.cameras_of(scene), scene, ours)
     _need_depth(scene)

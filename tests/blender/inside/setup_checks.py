@@ -10,7 +10,7 @@ import bpy
 import common
 import numpy as np
 import round_trip
-from checking import BASE, DIST, OUT, Checks
+from checking import BASE, DIST, OUT, Checks, shot, update
 from common import (
     addon,
     filtered,
@@ -294,6 +294,41 @@ def scenes_that_share_a_tree():
     sharp = pinhole(scene, OUT / "share_passes.exr")
     colour, depth = rgba(sharp, "ViewLayer"), common.depth_of(sharp)
     same(made, filtered(scene, colour, depth))
+
+
+@check
+def view_layers_that_are_not_rendered():
+    """Ours shows the first one that is, whenever that changes; the artist's stay."""
+    scene = bpy.context.scene
+    first, second = scene.view_layers[0], scene.view_layers.new("Second")
+    first.use = False
+    wanted = rgba(pinhole(scene, OUT / "vl_plain.exr"), "Second")
+    _, data = start()
+    for _ in range(2):
+        for used, other in ((second, first), (first, second)):
+            used.use, other.use = True, False
+            made = shot(scene, "vl.exr")
+            assert np.abs(made - wanted).mean() < 0.1, (used.name, made.mean())
+        data.rack_focus.enabled = False
+        first.use, second.use = False, True
+        data.rack_focus.enabled = True
+    tree = common.tree_of(scene)
+    node = tree.nodes.new("CompositorNodeExposure")
+    sources = [n for n in tree.nodes if n.type == "R_LAYERS"]
+    tree.links.new(sources[0].outputs["Image"], node.inputs["Image"])
+    shown = [source.layer for source in sources]
+    first.use, second.use = True, False
+    update()
+    assert [source.layer for source in sources] == shown
+    bpy.ops.wm.open_mainfile(filepath=str(BASE))
+    scene = bpy.context.scene
+    names = [scene.view_layers.new(name).name for name in ("Second", "Third")]
+    scene.view_layers[0].use, scene.render.film_transparent = False, True
+    start()
+    ours = addon("setup").layer_nodes(
+        common.tree_of(scene), scene.rack_focus.filter_scene
+    )
+    assert [node.layer for node in ours] == names
 
 
 @check
