@@ -68,6 +68,8 @@ def on_render_start(scene, *_):
 def _begin(scene):
     """In the main thread."""
     names.follow(setup.user_scenes())
+    for one in strips.linked_in(scene):
+        failures.say(one, f"{setup.why_not(one)}: the picture is not filtered")
     if scene in setup.user_scenes():
         try:
             _prepare(scene)

@@ -743,6 +743,11 @@ def why_not(scene):
     """Why the set-up of a scene has no effect, in the artist's words; "" if it has."""
     if library.is_stale:
         return library.RESTART
+    if scene.library is not None:
+        return (
+            f"the scene is linked from “{bpy.path.basename(scene.library.filepath)}” "
+            "(append it, or render that file)"
+        )
     if not scene.render.use_compositing:
         return "Post Processing > Compositing is off"
     if scene.render.use_single_layer:  # Blender then renders no scene of a node

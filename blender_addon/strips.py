@@ -22,14 +22,28 @@ def why_shown(scene):
     return "Post Processing > Sequencer is on and has strips: F12 shows these, not the camera"
 
 
-def scenes_in(scene):
-    """Scenes that a render of a scene shows as strips, and that are set up."""
+def _seen_in(scene):
+    """Scenes that a render of a scene shows as strips, a set."""
     edit, render = scene.sequence_editor, scene.render
     if edit is None or not render.use_sequencer:
-        return []
+        return set()
     strips = edit.strips_all if hasattr(edit, "strips_all") else edit.sequences_all
-    seen = {strip.scene for strip in strips if strip.type == "SCENE" and not strip.mute}
+    return {s.scene for s in strips if s.type == "SCENE" and not s.mute} - {None}
+
+
+def scenes_in(scene):
+    """Those of them that are set up."""
+    seen = _seen_in(scene)
     return [s for s in setup.user_scenes() if s in seen and setup.filter_scene_of(s)]
+
+
+def linked_in(scene):
+    """Scenes of other files that a render of a scene shows, itself too, and are ticked.
+
+    They are not filtered: nothing is written to what is linked.
+    """
+    linked = [s for s in (scene, *_seen_in(scene)) if s.library is not None]
+    return [s for s in linked if setup.is_wanted(s)]
 
 
 def why_one_view(scene, shown):

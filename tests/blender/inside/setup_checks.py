@@ -10,7 +10,7 @@ import bpy
 import common
 import numpy as np
 import round_trip
-from checking import BASE, DIST, OUT, Checks, shot, update
+from checking import BASE, DIST, OUT, Checks, heard, shot, update
 from common import (
     addon,
     filtered,
@@ -403,6 +403,35 @@ def a_camera_from_a_library():
     sharp = pinhole(scene, OUT / "l.exr")
     expected = filtered(scene, rgba(sharp, "ViewLayer"), common.depth_of(sharp))
     same(made, expected)
+
+
+@check
+def a_scene_from_a_library():
+    """It is not filtered, by itself and as a strip, and that is said; a copy is."""
+    scene, data = start()
+    made = rgba(render(scene, OUT / "lib1.exr"))
+    bpy.ops.wm.save_as_mainfile(filepath=str(OUT / "linked.blend"), copy=True)
+    data.rack_focus.enabled = False
+    for is_link in (True, False):
+        bpy.ops.wm.open_mainfile(filepath=str(BASE))
+        edit = bpy.context.scene
+        edit.name, edit.view_settings.view_transform = "Edit", "Raw"
+        path = str(OUT / "linked.blend")
+        with bpy.data.libraries.load(path, link=is_link) as (_, target):
+            target.scenes = ["Scene"]
+        found = target.scenes[0]
+        edit.sequence_editor_create()
+        strips = edit.sequence_editor
+        strips = strips.strips if hasattr(strips, "strips") else strips.sequences
+        strips.new_scene("Strip", found, 1, 1)
+        with heard() as said:
+            shot(edit, "lib2.exr")
+        words = "linked from “linked.blend” (append it"
+        assert (words in said.getvalue()) == is_link, said.getvalue()
+        if is_link:
+            assert words in addon("setup").why_not(found)
+        else:
+            same(rgba(render(found, OUT / "lib3.exr")), made)
 
 
 @check
