@@ -8,8 +8,9 @@ is not in use and whose suffix is the whole name, the user's camera stays that o
 So drivers, Geometry Nodes and scripts that ask for the scene's camera find it where it is
 in every view (a driver that reads it: 17.2 dB where 43.1 are right).
 
-A name that is longer than a suffix may be (5.0) is cut: the copy's camera is that of a
-view then.
+Of a name that is longer than a suffix may be (5.0) the suffix is the end, and the names
+of the views' cameras begin as it does. Where Blender has no room for those, the copy's
+camera is that of a view.
 """
 
 import math
@@ -21,16 +22,18 @@ from mathutils import Matrix, Vector
 from . import camera_objects, passes
 from .writing import set_if_other
 
-MARK = "rack_focus_view"  # custom property of our cameras
+MARK = "rack_focus_view"  # custom property of our cameras: what add() gave for them
+LONGEST_SUFFIX = 63  # bytes, of a view's camera and of the name that Blender looks for
 
 
 # ---- making them ------------------------------------------------------------------
 
 
 def add(scene, copy, indices):
-    """One camera for each view of a copy of a scene; returns the names of the objects.
+    """One camera for each view of a copy of a scene; returns their suffixes.
 
-    indices: numbers of the views. Multi-view finds the cameras by their names.
+    indices: numbers of the views. Multi-view finds the cameras by their names, which end
+    with these.
     """
     names, camera = [], camera_objects.camera_of(scene)
     if camera is None:
@@ -41,7 +44,7 @@ def add(scene, copy, indices):
         data.dof.use_dof = False
         data.dof.focus_object = None  # sampling.py sets a distance
         made = bpy.data.objects.new(f"Rack Focus_v{index:02d}", data)
-        made[MARK] = index
+        made[MARK] = made.name
         copy.collection.objects.link(made)
         names.append(made.name)
     views = copy.render.views
@@ -61,6 +64,11 @@ def remove(copy):
         bpy.data.cameras.remove(data)
 
 
+def find(copy, suffix):
+    """The camera of a copy that add() gave a suffix for."""
+    return next(o for o in copy.collection.objects if o.get(MARK) == suffix)
+
+
 def is_of_view(camera):
     """Is it one of the cameras that were made for views?"""
     return camera is not None and MARK in camera
@@ -71,27 +79,46 @@ def is_of_view(camera):
 
 def has_camera(copy, camera):
     """Do views of a camera object leave it the copy's camera?"""
+    start, end = _split(camera.name)
     render = copy.render
-    return render.use_multiview and render.views[-1].camera_suffix == camera.name
+    if not render.use_multiview or render.views[-1].camera_suffix != end:
+        return False
+    ours = [o for o in copy.collection.objects if MARK in o]
+    longest = max((len(o.name.encode()) for o in ours), default=0)
+    is_named = all(o.name == start + o[MARK] for o in ours)
+    return is_named and (not start or longest <= LONGEST_SUFFIX)
 
 
-def look_through(copy, camera, names):
+def _split(name):
+    """(start, end) of a camera's name; the end is what a suffix has room for."""
+    end = name.encode()[-LONGEST_SUFFIX:].decode(errors="ignore")
+    return name[: len(name) - len(end)], end
+
+
+def look_through(copy, camera, suffixes):
     """Lets a copy render the views of a camera object, in a frame.
 
-    names: of the objects of add() whose views are rendered; they become children of the
-    camera, which is the copy's where its name allows that. Else the first view's is.
+    suffixes: of add(), of the views that are rendered; their cameras become children of
+    the camera, which is the copy's where its name allows that. Else the first view's is.
     """
-    for name in names:
-        view_camera = bpy.data.objects[name]
+    start, end = _split(camera.name)
+    for item in [o for o in copy.collection.objects if MARK in o]:
+        set_if_other(item, "name", start + item[MARK])
+    view_cameras = [find(copy, suffix) for suffix in suffixes]
+    for view_camera in view_cameras:
         if view_camera.parent != camera:
             view_camera.parent = camera
     *views, base = copy.render.views
     for view in views:
-        view.use = view.camera_suffix in names
+        view.use = view.camera_suffix in suffixes
     base.use = False
-    set_if_other(base, "camera_suffix", camera.name)
+    set_if_other(base, "camera_suffix", end)
     is_found = has_camera(copy, camera)
-    set_if_other(copy, "camera", camera if is_found else bpy.data.objects[names[0]])
+    if not is_found:  # Blender then finds them by their own names
+        for item in [o for o in copy.collection.objects if MARK in o]:
+            set_if_other(item, "name", item[MARK])
+        set_if_other(base, "camera_suffix", camera.name)
+    set_if_other(copy, "camera", camera if is_found else view_cameras[0])
 
 
 def put(camera, seen, made, distance, point, is_first):

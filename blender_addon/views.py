@@ -74,14 +74,14 @@ class Session:
         self.scale = supersample.factor(scene) if copies else 1
         self.is_noisy = False  # are the views rendered with their grain?
         self.is_sequence = len(copies) > 1
-        self.camera_names = []
+        self.suffixes = []  # of the views' cameras
         self.samples = sampling.samples_of(scene)
         self.camera = None  # of the frame
         self.noted = None  # the scene's camera when the frame was prepared
         self.n_views = 1  # of the frame
         self.frame_scale = 1  # of the frame: 1 too where it cannot be filtered
         self.places = {}  # of the frame's views, by their numbers
-        self.placed = set()  # names of cameras that were put in their places for it
+        self.placed = set()  # suffixes of cameras that were put in their places for it
         self.problem = ""  # why they could not be placed
         self.note = ""  # on the frame's views, for the user
         self.is_collected = False
@@ -258,7 +258,7 @@ def begin(scene, own_samples=0, is_refocus=False):
     try:
         for index, copy in enumerate(copies):
             indices = [index] if is_sequence else range(most * scale**2)
-            session.camera_names += view_cameras.add(scene, copy, indices)
+            session.suffixes += view_cameras.add(scene, copy, indices)
         handover.begin(scene, copies, [one for one in (own, drawn) if one])
     except Exception:
         clean_up()
@@ -366,7 +366,7 @@ def _look_through(scene, session, camera):
     session.places, session.placed = {}, set()
     session.n_views = min(
         view_count(camera_objects.settings_of(session.camera)),
-        max(len(session.camera_names) // session.scale**2, 1),
+        max(len(session.suffixes) // session.scale**2, 1),
     )
     session.frame_scale, is_noisy = session.scale, session.is_noisy
     # Where bodies are is known only once the scene is evaluated.
@@ -410,7 +410,7 @@ def _camera_of_copy(session, copy):
     if view_cameras.has_camera(copy, session.camera):
         return session.camera
     index = session.copy_names.index(copy.name)
-    return bpy.data.objects[session.camera_names[index]]
+    return view_cameras.find(copy, session.suffixes[index])
 
 
 def look_through(copy, camera):
@@ -454,10 +454,10 @@ def _prepare_copy(session, copy, index):
     if n_cameras < 2:
         set_if_other(copy, "camera", session.camera)
         return
-    names = session.camera_names[:n_cameras]
-    names = names[index : index + 1] if session.is_sequence else names
-    names = names or session.camera_names[:1]
-    view_cameras.look_through(copy, session.camera, names)
+    suffixes = session.suffixes[:n_cameras]
+    suffixes = suffixes[index : index + 1] if session.is_sequence else suffixes
+    suffixes = suffixes or session.suffixes[:1]
+    view_cameras.look_through(copy, session.camera, suffixes)
 
 
 def _split_samples(scene, copy, index):
@@ -545,15 +545,16 @@ def follow(scene, depsgraph):
     plane = sampling.plane_in_place(made, is_moved, session.frame_scale)
     spread_px = sampling.spread_px(source) if is_moved else 0.0
     for number in [index] if session.is_sequence else range(n * n_parts):
-        camera = bpy.data.objects[session.camera_names[number]]
+        suffix = session.suffixes[number]
+        camera = view_cameras.find(scene, suffix)
         part = number % n_parts
         right_up = supersample.shift_of(
             seen.data, source.render, session.frame_scale, part
         )
         point = points[number // n_parts]
         # 3.4 evaluates a new parent with the first write after it only.
-        is_first = camera.name not in session.placed
-        session.placed.add(camera.name)
+        is_first = suffix not in session.placed
+        session.placed.add(suffix)
         place = view_cameras.put(
             camera, seen, made, plane, (*point[:3], *right_up), is_first
         )
@@ -621,10 +622,10 @@ def _take(session):
         why = "the views' cameras were not placed; the console says why"
         raise ViewsError(session.problem or why)
     if session.is_sequence:
-        files = list(map(_only_view, copies[:n], session.camera_names))
+        files = list(map(_only_view, copies[:n], session.suffixes))
     else:
         rendered = passes.RenderedPasses(copies[0], n)
-        suffixes = session.camera_names[:n]
+        suffixes = session.suffixes[:n]
         missing = [one for one in suffixes if one not in rendered.files]
         if missing:
             multiview_works = False
