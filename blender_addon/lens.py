@@ -72,6 +72,11 @@ def picture_size(render):
     return max(width, 1), max(height, 1)
 
 
+def aspect_of(render):
+    """Width of a pixel over its height."""
+    return render.pixel_aspect_x / render.pixel_aspect_y
+
+
 def region_of(render, width, height):
     """((left, right), (low, high)) in px of the render region, rows upwards.
 
@@ -144,7 +149,7 @@ def camera_parameters(camera, render):
         "ortho_scale": data.ortho_scale,
         "shift_x": data.shift_x,
         "shift_y": data.shift_y,
-        "pixel_aspect": render.pixel_aspect_x / render.pixel_aspect_y,
+        "pixel_aspect": aspect_of(render),
         **aperture_parameters(dof),
     }
 

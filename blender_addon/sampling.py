@@ -13,11 +13,16 @@ views. Two things put them elsewhere:
     1/D = 1/focus - OFF_FOCUS_PX / K      K = lens radius * focal length in px
     radius of the tiny lens = spread * z / (focal length in px), its focus z
 
+Pixels that are not square have another focal length on each axis: K has their geometric
+mean, and the tiny lens is as much narrower on one, so that its disc is round in pixels.
+
 The variance of a disc of radius r is r^2 / 4 on each axis; merging adds that of placing
 the views between pixels. The parts of a supersampled pixel are pixels in all of this but
 for the disc, which is as large as ever: supersample.py takes it off what is left for the
 shrinking. docs/notebook/rivals.md has the scores.
 """
+
+import math
 
 from . import freestyle, group, passes, supersample
 from .writing import set_if_other
@@ -134,28 +139,30 @@ def prepare(copy, scene, is_moved, scale):
     ours.filter_width = NO_FILTER if is_moved else own.filter_width
 
 
-def plane_in_place(made, is_moved, scale):
+def plane_in_place(made, is_moved, scale, aspect):
     """Distance of the plane that stays in place in all views.
 
-    made: rackfocus.Lens; scale: of a supersampled frame. That of moved views is beyond the focus, where all beyond blurs by much more.
+    made: rackfocus.Lens; scale: of a supersampled frame; aspect: of lens.aspect_of(). That of
+    moved views is beyond the focus, where all beyond blurs by much more.
     """
-    blur_px = made.lens_radius * made.focal_length_px
+    blur_px = made.lens_radius * made.focal_length_px * math.sqrt(aspect)
     if not is_moved or not blur_px > 0:
         return made.focus_distance
     in_focus, off = 1 / made.focus_distance, OFF_FOCUS_PX / scale / blur_px
     return 1 / (in_focus - off if in_focus > 2 * off else in_focus + off)
 
 
-def open_lens(data, made, radius_px):
+def open_lens(data, made, radius_px, aspect):
     """Gives a view's camera the tiny lens in place of the pixel filter.
 
     data: bpy.types.Camera without a focus object; made: rackfocus.Lens; radius_px: from
-    spread_px().
+    spread_px(); aspect: of lens.aspect_of().
     """
     close = CLOSE * made.focus_distance
-    radius = radius_px / made.focal_length_px * close / (1 - CLOSE)
+    focal_length_px = made.focal_length_px * aspect  # upwards, as the lens's radius is
+    radius = radius_px / focal_length_px * close / (1 - CLOSE)
     dof = data.dof
     set_if_other(dof, "focus_distance", close)
     set_if_other(dof, "aperture_fstop", data.lens * 1e-3 / (2 * radius))
     set_if_other(dof, "aperture_blades", 0)
-    set_if_other(dof, "aperture_ratio", 1)
+    set_if_other(dof, "aperture_ratio", 1 / aspect)  # Cycles divides the width by it

@@ -49,7 +49,7 @@ def _place(camera, render):
     values = [c for row in camera.matrix_world for c in row]
     values += [data.ortho_scale if kinds[0] else data.lens, *map(float, kinds)]
     values += [data.sensor_width, data.sensor_height, data.shift_x, data.shift_y]
-    return np.array([*values, render.pixel_aspect_x / render.pixel_aspect_y])
+    return np.array([*values, lens.aspect_of(render)])
 
 
 def note(scene, camera):

@@ -542,7 +542,8 @@ def follow(scene, depsgraph):
         return
     made = rackfocus.Lens(*lens.picture_size(source.render), **params)
     is_moved = _is_moved(source, session)
-    plane = sampling.plane_in_place(made, is_moved, session.frame_scale)
+    aspect = lens.aspect_of(source.render)
+    plane = sampling.plane_in_place(made, is_moved, session.frame_scale, aspect)
     spread_px = sampling.spread_px(source) if is_moved else 0.0
     for number in [index] if session.is_sequence else range(n * n_parts):
         suffix = session.suffixes[number]
@@ -560,7 +561,7 @@ def follow(scene, depsgraph):
         )
         set_if_other(camera.data.dof, "use_dof", is_moved)
         if is_moved:
-            sampling.open_lens(camera.data, made, spread_px)
+            sampling.open_lens(camera.data, made, spread_px, aspect)
         if part == 0:
             session.places[number // n_parts] = place._replace(spread_px=spread_px)
 
