@@ -175,6 +175,18 @@ def drop_compositor(scene):
         scene.node_tree.nodes.clear()
 
 
+def curves_of(animation):
+    """The F-curves of what a datablock's animation data plays; None has none."""
+    action = animation.action if animation is not None else None
+    if action is None:
+        return []
+    if hasattr(action, "fcurves"):
+        return list(action.fcurves)
+    strips = [strip for layer in action.layers for strip in layer.strips]  # 5.0
+    bags = [strip.channelbag(animation.action_slot) for strip in strips]
+    return [curve for bag in bags if bag is not None for curve in bag.fcurves]
+
+
 def remove_scene(scene):
     """Deletes a scene that no window shows, also where there is no window.
 

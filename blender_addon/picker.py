@@ -4,7 +4,7 @@
 import bpy
 from bpy.props import BoolProperty, FloatProperty, StringProperty
 
-from . import camera_objects, engine, lamps, passes, setup
+from . import camera_objects, engine, focusing, lamps, passes, setup
 from .click import WaitsForClick
 from .operators import scene_of
 
@@ -81,14 +81,14 @@ class RACK_FOCUS_OT_pick_focus(WaitsForClick, bpy.types.Operator):
                 self.report({"ERROR"}, f"There is no object “{self.object}”")
                 return {"CANCELLED"}
             dof.focus_object = target
-        elif not self._focus_on_point(scene, dof):
+        elif not self._focus_on_point(scene):
             return {"CANCELLED"}
         if self.refocus and setup.filter_scene_of(scene) is not None:
             call = "INVOKE_DEFAULT" if context.window else "EXEC_DEFAULT"
             bpy.ops.rack_focus.refocus(call)
         return {"FINISHED"}
 
-    def _focus_on_point(self, scene, dof):
+    def _focus_on_point(self, scene):
         try:
             distance = depth_at(scene, self.x, self.y)
         except passes.PassesError as error:
@@ -97,11 +97,7 @@ class RACK_FOCUS_OT_pick_focus(WaitsForClick, bpy.types.Operator):
         if distance is None:
             self.report({"WARNING"}, "Nothing was hit there: click on a surface")
             return False
-        dof.focus_object = None
-        dof.focus_distance = distance
-        if self.keyframe:
-            dof.keyframe_insert("focus_distance", frame=scene.frame_current)
-        self.report({"INFO"}, f"Focus at {distance:.4g}")
+        focusing.focus(self, scene, scene.camera, distance, self.keyframe)
         return True
 
     def invoke(self, context, _event):

@@ -24,7 +24,7 @@ from bpy.props import (
     PointerProperty,
 )
 
-from . import lens, nodes, preferences, viewport_gpu, viewport_lens, words
+from . import focusing, lens, nodes, preferences, viewport_gpu, viewport_lens, words
 from .click import WaitsForClick, main_region
 from .library import rackfocus
 
@@ -470,9 +470,7 @@ class RACK_FOCUS_OT_view_focus(WaitsForClick, bpy.types.Operator):
         point = viewport_lens.world_point(data, self.x, self.y, value)
         if data.view_perspective == "CAMERA":
             distance = -(data.view_matrix @ point).z
-            dof = context.scene.camera.data.dof
-            dof.focus_object, dof.focus_distance = None, distance
-            self.report({"INFO"}, f"Focus at {distance:.4g}")
+            focusing.focus(self, context.scene, context.scene.camera, distance)
         else:
             settings = settings_of(context)
             settings.point, settings.has_point = point, True

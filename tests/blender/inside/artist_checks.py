@@ -4,7 +4,9 @@
 artist_checks.py DIST OUT [CHECK ...]    writes OUT/artist_results.json
 """
 
+import contextlib
 import importlib.util
+import io
 import math
 import os
 import re
@@ -21,7 +23,7 @@ from mathutils import Vector
 sys.path.insert(0, str(Path(__file__).parent))
 import checking  # noqa: E402
 import common  # noqa: E402
-from checking import OUT, Checks, update  # noqa: E402
+from checking import BASE, OUT, Checks, key_focus, update  # noqa: E402
 from common import (  # noqa: E402
     addon,
     filtered,
@@ -504,6 +506,39 @@ def picks_set_keyframes():
     assert curve.data_path == "dof.focus_distance"
     found = [tuple(point.co) for point in curve.keyframe_points]
     assert np.allclose(found, wanted), (found, wanted)
+
+
+def drive_focus(data):
+    """A driver of a camera's focus distance."""
+    data.driver_add("dof.focus_distance").driver.expression = "3.0"
+
+
+@check
+def picks_that_do_not_stay_are_told():
+    """Keyframes and drivers count, and what is linked is not saved."""
+    for spoil, words in (
+        (lambda data: None, ""),
+        (lambda data: key_focus(data, {1: 3, 9: 3}), "has keyframes"),
+        (drive_focus, "has a driver"),
+    ):
+        for is_auto in (False, True):
+            bpy.ops.wm.open_mainfile(filepath=str(BASE))
+            scene, data = start()
+            spoil(data)
+            render(scene, OUT / "a.exr")
+            depth = addon("passes").rendered(scene).layer("ViewLayer").depth
+            row, column = np.argwhere((depth > 5) & (depth < 99))[0]
+            scene.tool_settings.use_keyframe_insert_auto = is_auto
+            told = io.StringIO()
+            with contextlib.redirect_stdout(told):
+                bpy.ops.rack_focus.pick_focus(
+                    x=(column + 0.5) / 72, y=1 - (row + 0.5) / 48
+                )
+            stays = abs(data.dof.focus_distance - depth[row, column]) < 1e-3
+            is_keyed = is_auto and words == "has keyframes"
+            assert stays == (not words or is_keyed), (words, data.dof.focus_distance)
+            assert ("Focus at" in told.getvalue()) == stays, told.getvalue()
+            assert stays or words in told.getvalue(), told.getvalue()
 
 
 @check
