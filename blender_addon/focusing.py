@@ -34,7 +34,9 @@ def focus(operator, scene, camera, distance, has_keyframe=False):
         )
     else:
         operator.report({"INFO"}, f"Focus at {distance:.4g}")
-        reason = "it is linked, and its focus is not saved; make a library override of it"
+        reason = (
+            "it is linked, and its focus is not saved; make a library override of it"
+        )
         reason = reason if data.library is not None else ""
     if reason:
         operator.report({"WARNING"}, f"Camera “{camera.name}”: {reason}")

@@ -117,6 +117,7 @@ def _prepare(scene):
                 lamps.describe(scene, camera),
                 strokes.describe(scene),
                 outputs.why_not(scene),
+                views.in_vain(scene),
                 view_textures.describe(scene) if views.are_asked(scene) else (),
                 () if bpy.app.background else local_cameras.describe(scene),
             ):

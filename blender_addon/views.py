@@ -54,6 +54,7 @@ MOST_MERGED = 64
 ENOUGH_SAMPLES = 32  # of a view; docs/measure_view_samples.py has the scores
 DENOISED_SUB_APERTURES = 16  # beside the denoiser they cost next to nothing
 PASSES = ("use_pass_combined", "use_pass_z")
+KEEP_SHARP = "Objects are kept sharp with one view only"
 
 
 class ViewsError(Exception):
@@ -130,14 +131,36 @@ def is_spread(settings):
     return settings.method == "accumulate" and settings.shutter_spread
 
 
+def why_one_view(scene):
+    """Why a scene is rendered in one view whatever its cameras ask for, or ""."""
+    if scene.render.use_multiview:
+        return "With stereo, one view is rendered"
+    if group.nodes_of(scene):
+        return "With Rack Focus nodes on pictures, one view is rendered"
+    if freestyle.is_drawn(scene):
+        return "With Freestyle's lines, one view is rendered"
+    return ""
+
+
+def in_vain(scene):
+    """Lines for the console on what cameras ask for and a render does not heed."""
+    settings = [c.data.rack_focus for c in camera_objects.cameras_of(scene)]
+    settings = [one for one in settings if one.enabled]
+    has_views = any(view_count(one) > 1 for one in settings)
+    lines = [why_one_view(scene)] if has_views else []
+    if any(one.supersample > 1 for one in settings):
+        lines.append(supersample.why_not(scene))
+    lines += [mirrors.why_not(scene, one) for one in settings if one.mirrors]
+    if are_asked(scene) and walked.once(sharp.names_of, scene):
+        lines.append(KEEP_SHARP)
+    return [f"{line}." for line in dict.fromkeys(lines) if line]
+
+
 def describe(settings, scene, n):
     """Lines for the panel on a render in n views."""
-    if scene.render.use_multiview:
-        return ["With stereo, one view is rendered"]
-    if group.nodes_of(scene):
-        return ["With Rack Focus nodes on pictures, one view is rendered"]
-    if freestyle.is_drawn(scene):
-        return ["With Freestyle's lines, one view is rendered"]
+    reason = why_one_view(scene)
+    if reason:
+        return [reason]
     if bodies.why_one_view(scene):
         return [
             "Rigid bodies are not baked: one view is rendered",
@@ -170,7 +193,7 @@ def describe(settings, scene, n):
     if moving.may_lose_shear(scene, settings.id_data):
         lines.append("With Motion Blur, one view where this camera moves")
     if walked.once(sharp.names_of, scene):
-        lines.append("Objects are kept sharp with one view only")
+        lines.append(KEEP_SHARP)
     return lines + memory.describe(scene, n * width * height * scale**2)
 
 

@@ -17,7 +17,7 @@ from mathutils import Matrix
 sys.path.insert(0, str(Path(__file__).parent))
 import checking  # noqa: E402
 import common  # noqa: E402
-from checking import BASE, OUT, Checks, key_focus  # noqa: E402
+from checking import BASE, OUT, Checks, heard, key_focus  # noqa: E402
 from common import (  # noqa: E402
     Watch,
     addon,
@@ -711,11 +711,17 @@ def border_and_layers_with_views():
 
 @check
 def stereo_is_rendered_in_one_view():
-    """And the panel says so."""
-    scene, data = start(views=4)
+    """And the panel and the console say so; nothing where views are rendered."""
+    scene, data = start(views=4, supersample=2)
+    with heard() as said:
+        bpy.ops.render.render()
+    assert not said.getvalue(), said.getvalue()
     scene.render.use_multiview = True
     scene.render.views_format = "STEREO_3D"
-    bpy.ops.render.render()
+    with heard() as said:
+        bpy.ops.render.render()
+    words = "With stereo, one view is rendered. Supersample does not work with stereo."
+    assert words in said.getvalue(), said.getvalue()
     assert not last_message(scene), last_message(scene)
     assert len(addon("passes").rendered(scene).views("ViewLayer", "_L", "left")) == 1
     lines = addon("views").describe(data.rack_focus, scene, 4)
