@@ -14,8 +14,10 @@
  *   solid  at most 2 px, alpha above 0.5
  *   all    at most 2 px
  *
- * Not where a background is seen through alpha 0, as rf_film_is_lit() says: what is
- * partly transparent there shows it too.
+ * Not where a background is seen through alpha 0, as rf_film_is_lit() says, and no pixel
+ * within reach is empty: what is partly transparent there shows it too. Where some are,
+ * the light is what a denoiser left beside a thing (Cycles', 32 samples: up to 0.07 in 2 %
+ * of a picture, where edges then had no effect).
  *
  * Our own. Twelve scenes with transparent film (tests/quality/film.py) against Cycles'
  * own lens, mean over black and white: keep 37.7 dB, solid 38.3, all 41.4, edges 41.6,
@@ -166,7 +168,7 @@ static float radius_around(const struct filling *f, int x, int y)
         }
     }
     bool is_rim = has_empty || f->choice != RF_FILM_DEPTH_EDGES;
-    return is_rim && !has_lit ? found : f->r_nothing;
+    return is_rim && (!has_lit || has_empty) ? found : f->r_nothing;
 }
 
 /* Is a pixel partly transparent, as the choice says, and without depth? */

@@ -282,9 +282,10 @@ static void film_depth_chooses_by_alpha(void)
 
 /*
  * Thing in focus, opaque up to x = 40, whose alpha falls to `end` `width` px on and stays
- * so, striped, before film or a sky of that light. No depth up to 0.5. Filtered.
+ * so, striped, before film or a sky of that light. No depth up to 0.5. A denoiser may
+ * have left light, `rest`, in the three empty pixels beside it. Filtered.
  */
-static struct frame rim(float end, int width, float sky, int film_depth)
+static struct frame rim(float end, int width, float sky, float rest, int film_depth)
 {
     struct frame f = frame_make(WIDTH, HEIGHT, 4);
     for (size_t i = 0; i < frame_pixels(&f); i++) {
@@ -293,6 +294,8 @@ static struct frame rim(float end, int width, float sky, int film_depth)
         float *c = f.colour + 4 * i;
         c[3] = fminf(fmaxf(to, end), 1);
         c[0] = c[1] = c[2] = c[3] * (x / 2 % 2 ? 1 : 0.2f) + (1 - c[3]) * sky;
+        for (int k = 0; k < 3 && c[3] <= 0 && x < 43 + width; k++)
+            c[k] += rest;
         f.depth[i] = c[3] > 0.5f ? PLAIN_FOCUS : INFINITY;
     }
     struct rf_params params;
@@ -303,9 +306,9 @@ static struct frame rim(float end, int width, float sky, int film_depth)
     return f;
 }
 
-static double alpha_at(int film_depth, int x)
+static double alpha_at(int film_depth, int x, float rest)
 {
-    struct frame f = rim(0, 6, 0, film_depth);
+    struct frame f = rim(0, 6, 0, rest, film_depth);
     double found = frame_at(&f, f.out, x, HEIGHT / 2)[3];
     frame_free(&f);
     return found;
@@ -317,16 +320,23 @@ static void rims_take_their_depth(void)
     struct rf_params params;
     plain_params(&params, RF_METHOD_LAYERED);
     CHECK(params.film_depth == RF_FILM_DEPTH_EDGES);
-    CHECK_NEAR(alpha_at(RF_FILM_DEPTH_EDGES, 45), 1 / 6.0, 0.01);
-    CHECK_NEAR(alpha_at(RF_FILM_DEPTH_EDGES, 50), 0, 0.01);
-    CHECK(alpha_at(RF_FILM_DEPTH_SOLID, 45) < 0.12);
-    CHECK(alpha_at(RF_FILM_DEPTH_SOLID, 50) > 0.02);
+    CHECK_NEAR(alpha_at(RF_FILM_DEPTH_EDGES, 45, 0), 1 / 6.0, 0.01);
+    CHECK_NEAR(alpha_at(RF_FILM_DEPTH_EDGES, 50, 0), 0, 0.01);
+    CHECK(alpha_at(RF_FILM_DEPTH_SOLID, 45, 0) < 0.12);
+    CHECK(alpha_at(RF_FILM_DEPTH_SOLID, 50, 0) > 0.02);
+}
+
+/* What a denoiser left beside it is no sky: beyond that there is nothing. */
+static void rims_beside_a_denoisers_rest_do_too(void)
+{
+    CHECK_NEAR(alpha_at(RF_FILM_DEPTH_EDGES, 45, 0.05f), 1 / 6.0, 0.01);
+    CHECK_NEAR(alpha_at(RF_FILM_DEPTH_EDGES, 50, 0.05f), 0, 0.01);
 }
 
 static bool is_kept(float end, int width, float sky, int film_depth)
 {
-    struct frame kept = rim(end, width, sky, RF_FILM_DEPTH_KEEP);
-    struct frame f = rim(end, width, sky, film_depth);
+    struct frame kept = rim(end, width, sky, 0, RF_FILM_DEPTH_KEEP);
+    struct frame f = rim(end, width, sky, 0, film_depth);
     bool is_same = !memcmp(f.out, kept.out, frame_bytes(&f));
     frame_free(&f);
     frame_free(&kept);
@@ -379,6 +389,7 @@ int main(int argc, char **argv)
     TEST(grey_is_one_channel_of_rgb);
     TEST(film_depth_chooses_by_alpha);
     TEST(rims_take_their_depth);
+    TEST(rims_beside_a_denoisers_rest_do_too);
     TEST(veils_and_skies_take_none);
     TEST(the_sky_is_no_veil);
     return testing_end();
