@@ -195,7 +195,7 @@ def a_file_that_an_earlier_version_damaged():
     setup, tree = addon("setup"), common.tree_of(two)
     source = setup.layer_nodes(tree, two)[0]
     ours = setup.layer_nodes(tree, two.rack_focus.filter_scene)[0]
-    setup.move_links(tree, ours, source)
+    addon("links").move_links(tree, ours, source)
     source.scene = bpy.data.scenes["Scene"]
     record = json.loads(two.rack_focus.record)
     del record["version"]
