@@ -63,6 +63,7 @@
 static const float EDGE_GAP_PX = 0.6f;
 /* Of the range of radii, off a plane. 0; macro -0.52, ortho -0.13, posts +0.11. */
 static const float PLANE_TOLERANCE = 0.3f;
+static const float SAME_PX = 1;   /* radii of one of several surfaces on a side. 0; 0 */
 static const float ALIKE = 0.02f; /* colours closer stay whole. 0; posts +0.04 */
 /* Colours of a thin thing, of what sets it off. 0; 0: few of these scenes have any. */
 static const float THIN_ALIKE = 0.3f;
@@ -78,7 +79,9 @@ static const float UNSURE = 0.3f;
 static const float APART = 0.01f; /* distances whose mean tells shares, of the nearer */
 static const float STRANGE = 0.1f; /* a share below 0 by this: a third surface */
 static const float EVEN = 0.02f;   /* smaller measured shares are slants of a surface */
-static const float EMPTY = 0.02f;  /* alpha behind an edge, of that before it */
+static const float WHOLE =
+    0.05f; /* a share so near 0 or 1. 0; grass -0.03, fur -0.03 */
+static const float EMPTY = 0.02f; /* alpha behind an edge, of that before it */
 
 enum { WINDOW = 2 };
 
@@ -177,6 +180,19 @@ static void take_most_unlike(const struct around *around, uint32_t bits,
         memcpy(out->c, found->c, sizeof out->c);
 }
 
+/* The pixels of a set that show the surface of the middle one; all where none does. */
+static uint32_t keep_alike(const struct around *around, uint32_t bits)
+{
+    uint32_t alike = 0;
+    for (uint32_t left = bits; left; left &= left - 1) {
+        int bit = __builtin_ctz(left);
+        float r = (around->middle + around->steps[bit])->r;
+        if (fabsf(r - around->middle->r) < SAME_PX)
+            alike |= 1u << bit;
+    }
+    return alike ? alike : bits;
+}
+
 /* Are two pixels of a set, next to the middle, 135 or 180 degrees apart? */
 static bool is_between(uint32_t bits)
 {
@@ -191,9 +207,9 @@ static bool is_between(uint32_t bits)
 struct meeting {
     struct rf_surface f, b; /* the near and the far surface */
     uint32_t near, far;     /* pixels that show them, mixed ones too */
-    uint32_t own;           /* pixels within the one that the depth says */
-    bool is_near;           /* it is the near one */
-    bool is_within;         /* a thin thing lies to both sides, without an interior */
+    uint32_t own, other; /* pixels within the one that the depth says, and the other */
+    bool is_near;        /* it is the near one */
+    bool is_within;      /* a thin thing lies to both sides, without an interior */
 };
 
 /* Finds the two surfaces that meet in the pixel; false: only one. */
@@ -213,12 +229,17 @@ static bool find_sides(const struct scratch *s, const struct rf_pixels *p, int x
         return false;
     uint32_t near_inner = near_usual & sides.interior;
     uint32_t far_inner = far_usual & sides.interior;
+    m->is_near = around.middle->r <= e->threshold;
+    if (m->is_near)
+        near_inner = keep_alike(&around, near_inner);
+    else
+        far_inner = keep_alike(&around, far_inner);
     m->near = near_usual;
     m->far = far_usual;
     m->f = mean_of(&around, near_inner ? near_inner : near_usual);
     m->b = mean_of(&around, far_inner ? far_inner : far_usual);
-    m->is_near = around.middle->r <= e->threshold;
     m->own = m->is_near ? near_inner : far_inner;
+    m->other = m->is_near ? far_inner : near_inner;
     m->is_within = !near_inner && is_between(near);
     if (!near_inner)
         take_most_unlike(&around, near, &m->b, &m->f);
@@ -422,6 +443,60 @@ static float measured_share(const struct rf_splitter *s, const struct meeting *m
     return share > -STRANGE ? rf_clamp01(share) : NAN;
 }
 
+/* Least and most of each channel of the pixels of a set; of none, nothing is between. */
+static void find_range(const struct around *around, uint32_t bits, float least[4],
+                       float most[4])
+{
+    for (int n = 0; n < 4; n++) {
+        least[n] = INFINITY;
+        most[n] = -INFINITY;
+    }
+    for (; bits; bits &= bits - 1) {
+        const float *c = around->middle[around->steps[__builtin_ctz(bits)]].c;
+        for (int n = 0; n < 4; n++) {
+            least[n] = rf_min_float(least[n], c[n]);
+            most[n] = rf_max_float(most[n], c[n]);
+        }
+    }
+}
+
+/* Can the middle pixel be such a mixture of colours that both sides show around it? */
+static bool is_mixture(const struct around *around, const struct meeting *m, float a)
+{
+    const uint32_t others = ~(1u << N_AROUND / 2);
+    float near[2][4], far[2][4];
+    find_range(around, m->near & others, near[0], near[1]);
+    find_range(around, m->far & others, far[0], far[1]);
+    bool is_within = true;
+    for (int n = 0; n < 4; n++) {
+        float c = around->middle->c[n], least = a * near[0][n] + (1 - a) * far[0][n];
+        float most = a * near[1][n] + (1 - a) * far[1][n];
+        float room = ALIKE * (fabsf(least) + fabsf(most));
+        is_within &= c > least - room && c < most + room;
+    }
+    return is_within;
+}
+
+/* Do mean distances tell of half of the pixels within both surfaces, which are whole, that
+ * they are? In fog they do not. */
+static bool are_told_whole(const struct scratch *s, const struct meeting *m,
+                           const struct rf_surface *c, int x, int y)
+{
+    int n = 0, n_whole = 0;
+    for (uint32_t bits = m->own | m->other; bits; bits &= bits - 1) {
+        int bit = __builtin_ctz(bits);
+        struct meeting here = *m;
+        if (m->other >> bit & 1)
+            here.is_near = !m->is_near;
+        float share =
+            measured_share(s->splitter, &here, (c + s->steps[bit])->r,
+                           x + bit % AROUND - WINDOW, y + bit / AROUND - WINDOW);
+        n_whole += fabsf(share - (here.is_near ? 1 : 0)) < WHOLE;
+        n++;
+    }
+    return n_whole > 0 && 2 * n_whole >= n;
+}
+
 static bool split_edge(const struct scratch *s, const struct rf_pixels *p, int x, int y,
                        const struct edge *e, struct rf_surface *near,
                        struct rf_surface *far, float *share)
@@ -445,9 +520,12 @@ static bool split_edge(const struct scratch *s, const struct rf_pixels *p, int x
         *share = 1;
         return true;
     }
-    if (a <= 0 || a >= 1)
-        return false;
     float measured = measured_share(s->splitter, &m, c->r, x, y);
+    if ((a <= 0 || a >= 1) && /* whole, and distances agree or do not know */
+        (s->is_alone || !(measured > EVEN && measured < 1 - EVEN) ||
+         !is_mixture(&(struct around){c, s->steps}, &m, measured) ||
+         !are_told_whole(s, &m, c, x, y)))
+        return false;
     if (measured >= 0 ? measured <= EVEN || measured >= 1 - EVEN
                       : s->is_alone && is_textured(s, c, &m, &at))
         return false;

@@ -275,6 +275,10 @@ static void what_is_beside_a_wire_is_not_the_wire(void)
     CHECK(share[AT] == 1 && near[AT].r == 0);
 }
 
+static float edge_colour = 0.5f;  /* between 0.4 and 0.8 */
+static float lower_colour = 0.8f; /* of the far half, below the middle */
+static float fog = 1; /* by which mean distances of whole pixels are nearer */
+
 /* Share of the near half in the pixels of its edge, of whose colours it seems to have
  * 0.75; their mean distance is `mean`, their sample `own_z`. */
 static float measured_share(double near_z, double far_z, double own_z, float mean)
@@ -293,13 +297,14 @@ static float measured_share(double near_z, double far_z, double own_z, float mea
     for (int i = 0; i < WIDTH * MOST_H; i++) {
         int x = i % WIDTH;
         put(WIDTH, x, i / WIDTH,
-            x < EDGE    ? 0.4f
-            : x == EDGE ? 0.5f
-                        : 0.8f,
+            x < EDGE                 ? 0.4f
+            : x == EDGE              ? edge_colour
+            : i / WIDTH > MOST_H / 2 ? lower_colour
+                                     : 0.8f,
             x < EDGE    ? near_r
             : x == EDGE ? own_r
                         : far_r);
-        z[i] = x == EDGE ? mean : (float)(x < EDGE ? near_z : far_z);
+        z[i] = x == EDGE ? mean : fog * (float)(x < EDGE ? near_z : far_z);
     }
     means = z;
     split(WIDTH, MOST_H, INFINITY);
@@ -328,6 +333,49 @@ static void so_they_do_without_perspective(void)
     f_stop = 0.1;
 }
 
+/* Of one of several views, where the far side has two colours, of one of which the pixel
+ * has 0.7; but not in fog, where all means are too near. */
+static void so_they_do_where_colours_say_whole(void)
+{
+    const float mean = 0.3f * 2 + 0.7f * 8;
+    lower_colour = 0.2f;
+    for (int i = 0; i < 2; i++) {
+        edge_colour = 0.3f * 0.4f + 0.7f * (i ? 0.2f : 0.8f);
+        is_alone = true;
+        CHECK(measured_share(2, 8, 8, mean) == 1);
+        is_alone = false;
+        CHECK_NEAR(measured_share(2, 8, 8, mean), 0.3f, 1e-4);
+        CHECK_NEAR(measured_share(2, 8, 2, mean), 0.3f, 1e-4);
+        CHECK(measured_share(2, 8, 8, NAN) == 1);
+        fog = 0.85f;
+        CHECK(measured_share(2, 8, 8, mean) == 1);
+        fog = 1;
+        edge_colour += i ? -0.05f : 0.05f; /* of neither colour */
+        CHECK(measured_share(2, 8, 8, mean) == 1);
+    }
+    edge_colour = 0.5f;
+    lower_colour = 0.8f;
+}
+
+/* A dark bush before a bright sky, and before the bush a wall's edge: a pixel whose depth
+ * is the sky's shows no bush. */
+static void of_two_surfaces_behind_the_pixels_own_counts(void)
+{
+    enum { WIDTH = 16, EDGE = 8, MIDDLE = MOST_H / 2 };
+    for (int i = 0; i < WIDTH * MOST_H; i++) {
+        bool is_sky = i / WIDTH >= MIDDLE;
+        put(WIDTH, i % WIDTH, i / WIDTH, is_sky ? 0.8f : 0.05f, is_sky ? 9 : 4);
+        if (i % WIDTH < EDGE)
+            put(WIDTH, i % WIDTH, i / WIDTH, 0.02f, -9);
+    }
+    put(WIDTH, EDGE, MIDDLE, 0.41f, 9);
+    split(WIDTH, MOST_H, INFINITY);
+    CHECK_NEAR(share[MIDDLE * WIDTH + EDGE], 0.5f, 1e-3);
+    put(WIDTH, EDGE, MIDDLE, 0.04f, 4);
+    split(WIDTH, MOST_H, INFINITY);
+    CHECK_NEAR(share[MIDDLE * WIDTH + EDGE], 1.0f / 3, 1e-3);
+}
+
 int main(int argc, char **argv)
 {
     testing_begin(argc, argv);
@@ -339,5 +387,7 @@ int main(int argc, char **argv)
     TEST(what_is_beside_a_wire_is_not_the_wire);
     TEST(mean_distances_tell_shares);
     TEST(so_they_do_without_perspective);
+    TEST(so_they_do_where_colours_say_whole);
+    TEST(of_two_surfaces_behind_the_pixels_own_counts);
     return testing_end();
 }
