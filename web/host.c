@@ -12,6 +12,7 @@
 #include <unistd.h>
 
 #include "common/report.h"
+#include "folder.h"
 #include "image.h"
 #include "thread.h"
 
@@ -48,6 +49,21 @@ void os_replace_abort(struct os_replace *file)
     close(file->fd);
     unlink(file->target);
     free(file->target);
+}
+
+/* There is one folder, and no temporary ones. */
+
+const char *os_folder_for_temporary(void)
+{
+    return "";
+}
+
+bool os_folder_of_temporary(const char *path, char *folder, size_t n_bytes)
+{
+    (void)path;
+    (void)folder;
+    (void)n_bytes;
+    return false;
 }
 
 /* Nobody else runs here, either. */
