@@ -230,9 +230,9 @@ static bool find_sides(const struct scratch *s, const struct rf_pixels *p, int x
     uint32_t near_inner = near_usual & sides.interior;
     uint32_t far_inner = far_usual & sides.interior;
     m->is_near = around.middle->r <= e->threshold;
-    if (m->is_near)
+    if (m->is_near && !s->is_alone)
         near_inner = keep_alike(&around, near_inner);
-    else
+    else if (!s->is_alone)
         far_inner = keep_alike(&around, far_inner);
     m->near = near_usual;
     m->far = far_usual;

@@ -358,7 +358,7 @@ static void so_they_do_where_colours_say_whole(void)
 }
 
 /* A dark bush before a bright sky, and before the bush a wall's edge: a pixel whose depth
- * is the sky's shows no bush. */
+ * is the sky's shows no bush. Of several views. */
 static void of_two_surfaces_behind_the_pixels_own_counts(void)
 {
     enum { WIDTH = 16, EDGE = 8, MIDDLE = MOST_H / 2 };
@@ -374,6 +374,10 @@ static void of_two_surfaces_behind_the_pixels_own_counts(void)
     put(WIDTH, EDGE, MIDDLE, 0.04f, 4);
     split(WIDTH, MOST_H, INFINITY);
     CHECK_NEAR(share[MIDDLE * WIDTH + EDGE], 1.0f / 3, 1e-3);
+    is_alone = true; /* a lone view takes the mean of both */
+    split(WIDTH, MOST_H, INFINITY);
+    is_alone = false;
+    CHECK(fabsf(share[MIDDLE * WIDTH + EDGE] - 1.0f / 3) > 0.1f);
 }
 
 int main(int argc, char **argv)
