@@ -353,6 +353,9 @@ static void so_they_do_where_colours_say_whole(void)
         edge_colour += i ? -0.05f : 0.05f; /* of neither colour */
         CHECK(measured_share(2, 8, 8, mean) == 1);
     }
+    lower_colour = 3; /* a lamp's light is told by colours alone */
+    edge_colour = 0.3f * 0.4f + 0.7f * 3;
+    CHECK(measured_share(2, 8, 8, mean) == 1);
     edge_colour = 0.5f;
     lower_colour = 0.8f;
 }
