@@ -14,7 +14,8 @@
  * the same. So a shaded wire leaves next to no lines on an even thing in focus behind it
  * (worth up to 5 dB there; tests/quality -0.01 to 0.04). Where A is 0 or 1 the pixel
  * stays as it is, with the depth that it has (worth 0.2 to 1.0 dB on four of six scenes,
- * 0.6 and 1.2 with eight views). But a lone view gives a thin thing back the pixels that
+ * 0.6 and 1.2 with eight views), unless mean distances know better of several views. But
+ * a lone view gives a thin thing back the pixels that
  * it fills and the depth sample missed: they would stay sharp, a dotted line in the place
  * of a wire (worth 0.1 to 0.4 dB on wires, hair and meshes). And where the surface that
  * the depth says is textured along e, the colour cannot tell texture from mixture: of a
@@ -523,12 +524,13 @@ static bool split_edge(const struct scratch *s, const struct rf_pixels *p, int x
         *share = 1;
         return true;
     }
+    const bool is_whole = a <= 0 || a >= 1; /* as colours say */
+    if (is_whole && (s->is_alone || s->brightest[x] > LAMP))
+        return false;
     float measured = measured_share(s->splitter, &m, c->r, x, y);
-    if ((a <= 0 || a >= 1) && /* whole, and distances agree or do not know */
-        (s->is_alone || s->brightest[x] > LAMP ||
-         !(measured > EVEN && measured < 1 - EVEN) ||
-         !is_mixture(&(struct around){c, s->steps}, &m, measured) ||
-         !are_told_whole(s, &m, c, x, y)))
+    if (is_whole && (!(measured > EVEN && measured < 1 - EVEN) ||
+                     !is_mixture(&(struct around){c, s->steps}, &m, measured) ||
+                     !are_told_whole(s, &m, c, x, y)))
         return false;
     if (measured >= 0 ? measured <= EVEN || measured >= 1 - EVEN
                       : s->is_alone && is_textured(s, c, &m, &at))
