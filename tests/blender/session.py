@@ -8,11 +8,14 @@ import OpenImageIO as oiio
 from conftest import INSIDE, call
 
 # The script inside asks with files: for what xdotool should do, and for screenshots.
+# Where a window goes while import looks, import may write no picture and exit with 0:
+# a screenshot counts when its file ends as a PNG does.
 SERVED = """
 (while sleep 0.02; do
     [ -e {out}/hands ] && xdotool $(cat {out}/hands) && rm {out}/hands
     for shot in {out}/*.shot; do
         [ -e $shot ] && import -window root -quality 10 png:{out}/part &&
+            tail -c 12 {out}/part | grep -aq IEND &&
             mv {out}/part ${{shot%.shot}}.png && rm $shot # else again
     done
 done) &
@@ -47,4 +50,5 @@ def run(blender, script, dist, out, size):
 def shot(folder, name):
     """(height, width, 3) of a screenshot."""
     image = oiio.ImageBuf(str(folder / f"{name}.png"))
+    assert image.read(force=True), image.geterror()
     return image.get_pixels(oiio.FLOAT)[..., :3]

@@ -72,10 +72,10 @@ SHOWN = {
 def test_screenshots_show_something(found, name):
     """Neither black nor of one colour. RACKFOCUS_SHOTS keeps them."""
     values, folder = found
-    image = oiio.ImageBuf(str(folder / f"{name}.png"))
-    assert np.std(image.get_pixels(oiio.FLOAT)[..., :3]) > 0.05
+    assert np.std(session.shot(folder, name)) > 0.05
     shots, version = os.environ.get("RACKFOCUS_SHOTS"), values["version"][0]
     versions, *box = SHOWN[name]
     if shots and version in versions:
+        image = oiio.ImageBuf(str(folder / f"{name}.png"))
         cut = oiio.ImageBufAlgo.cut(image, oiio.ROI(*box, 0, 1, 0, 3))
         cut.write(str(Path(shots) / f"blender-{name}-{version}.png"))
