@@ -26,7 +26,10 @@ import OpenImageIO as oiio
 VIEW_SCENES = ("posts", "portrait")
 SMALL_SCENES = ("plane", "macro", "foliage", "ortho")
 LIGHT_SCENES = {"mirrors": 7}  # and the view that is kept
-LONE_REFERENCES = ("bar", "street", "fur", "snow", "cards")  # for rivals.py
+# For rivals.py.
+LONE_REFERENCES = (
+    "bar", "street", "fur", "snow", "cards", "grass", "night", "branches",
+)  # fmt: skip
 LIGHTS = {"reflection": "Gloss", "transmission": "Trans"}
 VEC2 = oiio.TypeDesc(oiio.FLOAT, oiio.VEC2)
 

@@ -49,6 +49,7 @@ from cycles_shapes import (  # noqa: E402
     make_mirror,
     set_light,
 )
+from cycles_outdoors import build_branches, build_grass, build_night  # noqa: E402
 from cycles_thin import build_cards, build_fur, build_snow  # noqa: E402
 
 GOLDEN_ANGLE_RAD = 2.399963
@@ -401,6 +402,20 @@ SCENES = {
     ),
     "snow": (Camera(400, 240, 50, 0.55, 3.0, bounces=2), build_snow),
     "cards": (Camera(400, 240, 50, 0.6, 2.6, bounces=2), build_cards),
+    "grass": (
+        Camera(400, 240, 50, 0.5, 1.3, height_above_ground=0.16, pitch_deg=-4),
+        build_grass,
+    ),
+    "night": (
+        Camera(
+            400, 240, 40, 0.4, 3.2, height_above_ground=1.15, pitch_deg=2, bounces=2
+        ),
+        build_night,
+    ),
+    "branches": (
+        Camera(400, 240, 50, 0.6, 2.6, height_above_ground=0.25, pitch_deg=4),
+        build_branches,
+    ),
 }
 
 
