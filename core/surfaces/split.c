@@ -85,6 +85,9 @@ static const float EVEN = 0.02f;   /* smaller measured shares are slants of a su
 static const float LAMP = 2;
 /* A share so near 0 or 1. 0; grass -0.03, fur -0.03. */
 static const float WHOLE = 0.05f;
+/* Of several views, what stays whole: farther parts before the focus, and the difference
+ * of two parts' radii to the smaller. 0, cards -0.03; grass -0.02, snow -0.07. */
+static const float BLURRED_PX = 4, BLURRED = 0.6f;
 static const float EMPTY = 0.02f; /* alpha behind an edge, of that before it */
 
 enum { WINDOW = 2 };
@@ -252,40 +255,9 @@ static bool find_sides(const struct scratch *s, const struct rf_pixels *p, int x
     return true;
 }
 
-/* How a pixel lies between two surfaces. */
-struct position {
-    float unit; /* by which colours are multiplied, before they are squared */
-    float dot, norm, size; /* (c - b) . e, |e|^2, the sum of f and b */
-};
-
-static struct position position_in(const struct rf_surface *c,
-                                   const struct rf_surface *f,
-                                   const struct rf_surface *b, float unit)
-{
-    struct position p = {.unit = unit};
-    for (int n = 0; n < 4; n++) {
-        float d = unit * (f->c[n] - b->c[n]);
-        p.dot += unit * (c->c[n] - b->c[n]) * d;
-        p.norm += d * d;
-        p.size += n < 3 ? unit * (f->c[n] + b->c[n]) : 0;
-    }
-    return p;
-}
-
-/* In a unit in which nothing overflows, a power of two, so that no digit changes. */
-static struct position position_of(const struct rf_surface *c,
-                                   const struct rf_surface *f,
-                                   const struct rf_surface *b)
-{
-    struct position p = position_in(c, f, b, 1);
-    return p.norm + fabsf(p.dot) < FLT_MAX / 4
-               ? p
-               : position_in(c, f, b, RF_UNIT_TO_SQUARE);
-}
-
 /* Is the pixel of a thin thing's colour, as its position lets one tell? */
 static bool is_thin_thing(const struct rf_surface *c, const struct rf_surface *f,
-                          const struct position *p)
+                          const struct rf_split_position *p)
 {
     float d2 = 0;
     for (int n = 0; n < 4; n++) {
@@ -298,7 +270,7 @@ static bool is_thin_thing(const struct rf_surface *c, const struct rf_surface *f
 /* Do pixels within the surface that the depth says look as if the other one had a share
  * of them? */
 static bool is_textured(const struct scratch *s, const struct rf_surface *c,
-                        const struct meeting *m, const struct position *p)
+                        const struct meeting *m, const struct rf_split_position *p)
 {
     float most = 0;
     const struct rf_surface *own = m->is_near ? &m->f : &m->b;
@@ -323,7 +295,7 @@ struct taken {
  * over |e|^2. */
 static float variance_from(const struct scratch *s, const struct rf_surface *c,
                            uint32_t bits, const struct rf_surface *from,
-                           const struct position *p)
+                           const struct rf_split_position *p)
 {
     const rf_quad mean = *(const rf_quad *)from->c;
     rf_quad squares = {0};
@@ -338,7 +310,8 @@ static float variance_from(const struct scratch *s, const struct rf_surface *c,
 
 /* What the near part, which covers a, and the far one take. */
 static struct taken taken_by(const struct scratch *s, const struct rf_surface *c,
-                             const struct meeting *m, const struct position *p, float a)
+                             const struct meeting *m, const struct rf_split_position *p,
+                             float a)
 {
     float near = a * (variance_from(s, c, m->near, &m->f, p) + UNSURE * UNSURE);
     float far = (1 - a) * (variance_from(s, c, m->far, &m->b, p) + UNSURE * UNSURE);
@@ -501,6 +474,21 @@ static bool are_told_whole(const struct scratch *s, const struct meeting *m,
     return n_whole > 0 && 2 * n_whole >= n;
 }
 
+/*
+ * Of several views, are both parts blurred so much that their shares tell less than
+ * their guessed colours may be wrong: before the focus, or by more than they differ?
+ */
+static bool is_blurred_alike(const struct scratch *s, const struct rf_surface *f,
+                             const struct rf_surface *b, int x)
+{
+    if (s->is_alone)
+        return false;
+    if (b->r < -BLURRED_PX)
+        return true;
+    float least = rf_min_float(fabsf(f->r), fabsf(b->r));
+    return f->r * b->r > 0 && b->r - f->r < BLURRED * least && s->brightest[x] <= LAMP;
+}
+
 static bool split_edge(const struct scratch *s, const struct rf_pixels *p, int x, int y,
                        const struct edge *e, struct rf_surface *near,
                        struct rf_surface *far, float *share)
@@ -513,7 +501,9 @@ static bool split_edge(const struct scratch *s, const struct rf_pixels *p, int x
         split_by_alpha(c, f, e, b, near, far, share);
         return true;
     }
-    const struct position at = position_of(c, f, b);
+    if (is_blurred_alike(s, f, b, x))
+        return false;
+    const struct rf_split_position at = rf_split_position_of(c, f, b);
     if (at.norm < ALIKE * ALIKE * at.size * at.size + 1e-8f)
         return false;
     float a = rf_split_share_of(at.dot / at.norm);

@@ -3,6 +3,8 @@
 #ifndef RF_SURFACES_SPLIT_PIXELS_H
 #define RF_SURFACES_SPLIT_PIXELS_H
 
+#include <float.h>
+#include <math.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -60,6 +62,38 @@ static inline float rf_split_share_of(float v)
 {
     float share = rf_clamp01(v);
     return share < RF_LEAST_SHARE ? 0 : share;
+}
+
+/* How a pixel lies between two surfaces. */
+struct rf_split_position {
+    float unit; /* by which colours are multiplied, before they are squared */
+    float dot, norm, size; /* (c - b) . e, |e|^2, the sum of f and b */
+};
+
+static inline struct rf_split_position rf_split_position_in(const struct rf_surface *c,
+                                                            const struct rf_surface *f,
+                                                            const struct rf_surface *b,
+                                                            float unit)
+{
+    struct rf_split_position p = {.unit = unit};
+    for (int n = 0; n < 4; n++) {
+        float d = unit * (f->c[n] - b->c[n]);
+        p.dot += unit * (c->c[n] - b->c[n]) * d;
+        p.norm += d * d;
+        p.size += n < 3 ? unit * (f->c[n] + b->c[n]) : 0;
+    }
+    return p;
+}
+
+/* In a unit in which nothing overflows, a power of two, so that no digit changes. */
+static inline struct rf_split_position rf_split_position_of(const struct rf_surface *c,
+                                                            const struct rf_surface *f,
+                                                            const struct rf_surface *b)
+{
+    struct rf_split_position p = rf_split_position_in(c, f, b, 1);
+    return p.norm + fabsf(p.dot) < FLT_MAX / 4
+               ? p
+               : rf_split_position_in(c, f, b, RF_UNIT_TO_SQUARE);
 }
 
 #endif

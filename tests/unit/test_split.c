@@ -383,6 +383,37 @@ static void of_two_surfaces_behind_the_pixels_own_counts(void)
     CHECK(fabsf(share[MIDDLE * WIDTH + EDGE] - 1.0f / 3) > 0.1f);
 }
 
+/* Share of the near half in the pixels of its edge, halves of both colours. */
+static float edge_share(float near_r, float far_r, float light, bool is_lone)
+{
+    enum { WIDTH = 16, EDGE = 8, MIDDLE = MOST_H / 2 };
+    for (int i = 0; i < WIDTH * MOST_H; i++) {
+        int x = i % WIDTH;
+        put(WIDTH, x, i / WIDTH,
+            light * (x < EDGE   ? 0.2f
+                     : x > EDGE ? 0.8f
+                                : 0.5f),
+            x < EDGE ? near_r : far_r);
+    }
+    is_alone = is_lone;
+    split(WIDTH, MOST_H, INFINITY);
+    is_alone = false;
+    return share[MIDDLE * WIDTH + EDGE];
+}
+
+/* Near parts, and such as differ by less than they are blurred: of several views. */
+static void blurred_parts_stay_whole(void)
+{
+    CHECK(edge_share(-20, -9, 1, false) == 1);
+    CHECK(edge_share(-20, -9, 5, false) == 1);
+    CHECK_NEAR(edge_share(-20, -9, 1, true), 0.5f, 1e-3);
+    CHECK_NEAR(edge_share(-20, -3, 1, false), 0.5f, 1e-3);
+    CHECK(edge_share(20, 26, 1, false) == 1);
+    CHECK_NEAR(edge_share(20, 26, 5, false), 0.5f, 1e-3);
+    CHECK_NEAR(edge_share(20, 26, 1, true), 0.5f, 1e-3);
+    CHECK_NEAR(edge_share(4, 9, 1, false), 0.5f, 1e-3);
+}
+
 int main(int argc, char **argv)
 {
     testing_begin(argc, argv);
@@ -396,5 +427,6 @@ int main(int argc, char **argv)
     TEST(so_they_do_without_perspective);
     TEST(so_they_do_where_colours_say_whole);
     TEST(of_two_surfaces_behind_the_pixels_own_counts);
+    TEST(blurred_parts_stay_whole);
     return testing_end();
 }
