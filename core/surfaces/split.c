@@ -85,9 +85,10 @@ static const float EVEN = 0.02f;   /* smaller measured shares are slants of a su
 static const float LAMP = 2;
 /* A share so near 0 or 1. 0; grass -0.03, fur -0.03. */
 static const float WHOLE = 0.05f;
-/* Of several views, what stays whole: farther parts before the focus, and the difference
- * of two parts' radii to the smaller. 0, cards -0.03; grass -0.02, snow -0.07. */
-static const float BLURRED_PX = 4, BLURRED = 0.6f;
+/* Of several views, what stays whole: all that lies before the focus by this radius, and
+ * parts of which the difference is this part of the smaller radius. foliage -0.05, grass
+ * -0.01; grass -0.02, snow -0.07. */
+static const float BLURRED_PX = 8, BLURRED = 0.6f;
 static const float EMPTY = 0.02f; /* alpha behind an edge, of that before it */
 
 enum { WINDOW = 2 };
@@ -566,7 +567,9 @@ static bool split_pixel(const struct rf_pixels *pixels, int x, int y,
                         struct rf_surface *far, float *share)
 {
     int candidate = s->candidates[x];
-    if (candidate & MAY_BE_FRINGE && rf_may_be_fringe(pixels, x, y, s->brightest[x]) &&
+    bool is_blurred = !s->is_alone && rf_split_pixel(pixels, x, y)->r < -BLURRED_PX;
+    if (candidate & MAY_BE_FRINGE && !is_blurred &&
+        rf_may_be_fringe(pixels, x, y, s->brightest[x]) &&
         rf_split_fringe(pixels, x, y, near, far, share))
         return true;
     const struct edge edge = {s->threshold[x], s->gap[x], s->nearest[x],
