@@ -74,6 +74,39 @@ def test_methods_have_their_section(run):
         assert f"`{name}`" in page, name
 
 
+def test_figures_of_methods_are_the_programs(run):
+    """Those of the three that the page compares in words; a better filter has better ones."""
+    page = (ROOT / "docs/methods.md").read_text().split("## Side by side")[1]
+    references = ROOT / "tests/quality/references"
+    shown = {"layered": {}, "scatter": {}, "box": {"--blend": "coc"}}
+    for method, words in shown.items():
+        row = re.search(rf"^\| {method}(?: coc)? \| (.*) \|$", page, flags=re.M).group(
+            1
+        )
+        for scene, figure in zip(
+            ("posts", "plane"), row.split(" | ")[::2], strict=True
+        ):
+            options = [word for pair in words.items() for word in pair]
+            source = references / f"{scene}_pinhole.exr"
+            run(
+                "rackfocus",
+                "filter",
+                "-q",
+                source,
+                "-o",
+                "o.exr",
+                "--method",
+                method,
+                *options,
+            )
+            said = run(
+                "rackfocus", "compare", "o.exr", references / f"{scene}_reference.exr"
+            )
+            assert (
+                abs(float(said.split()[-2]) - float(figure)) < 0.1
+            ), f"{method}, {scene}"
+
+
 def links(page):
     """Links of a page to files and to sections, without those to the web."""
     text = re.sub(r"^```.*?^```$", "", page.read_text(), flags=re.M | re.S)
