@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "common/outputs.h"
 #include "console/cli.h"
 #include "sources/looks.h"
 #include "sources/picture.h"
@@ -261,6 +262,8 @@ static int make_sheet(const struct aperture_options *tool,
     int code = EXIT_FAILED;
     if (!sheet.rgb || !sheet.depth) {
         code = exit_without_memory();
+    } else if (!picture_check_writable(tool->output, &image_error)) {
+        message("%s", image_error.message);
     } else if (tool->aperture_image &&
                !picture_read(tool->aperture_image, NULL, thread_count(tool->n_threads),
                              &sheet.aperture, &image_error)) {
@@ -306,6 +309,16 @@ static bool refuse_useless(const char *key)
     return false;
 }
 
+/* The picture must not be that of the aperture, which is read. */
+static bool check_output(const struct aperture_options *tool)
+{
+    struct image_error error;
+    struct outputs outputs = {.error = &error};
+    outputs_add(&outputs, "output", tool->output);
+    outputs_spare(&outputs, "aperture-image", tool->aperture_image);
+    return exit_code(outputs.code, &error) == EXIT_DONE;
+}
+
 static bool check_usage(const struct aperture_options *tool, struct settings *settings,
                         int n_operands)
 {
@@ -322,13 +335,12 @@ static bool check_usage(const struct aperture_options *tool, struct settings *se
         message("aperture needs an output, -o FILE.png or -o FILE.exr; see rackfocus "
                 "aperture --help");
     else if (!picture_check_kind(tool->output, &error) ||
-             !picture_check_writable(tool->output, &error) ||
              (tool->look && !look_read(tool->look, settings, &error)))
         message("%s", error.message);
     else if (has_typed_stop && !has_stop(settings))
         return refuse_useless("f-stop");
     else
-        return check_aperture_image(tool, settings);
+        return check_output(tool) && check_aperture_image(tool, settings);
     return false;
 }
 

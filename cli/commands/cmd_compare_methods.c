@@ -591,12 +591,6 @@ static int compare_methods(struct comparison *c, const struct operands *operands
     return code;
 }
 
-static bool ends_in_html(const char *path)
-{
-    const char *ending = strrchr(path, '.');
-    return ending && (!strcmp(ending, ".html") || !strcmp(ending, ".htm"));
-}
-
 static int check_files(const struct compare_methods_options *tool,
                        const struct operands *operands)
 {
@@ -619,8 +613,8 @@ static bool check_usage(const struct compare_methods_options *tool,
     else if (!tool->reference)
         message("compare-methods needs --reference FILE, the picture to come near to; "
                 "see rackfocus compare-methods --help");
-    else if (tool->html && !ends_in_html(tool->html))
-        message("--html: '%s' does not end in .html", tool->html);
+    else if (!html_check_name(tool->html))
+        return false;
     else if (tool->sheet && picture_kind(tool->sheet) != PICTURE_PNG)
         message("--sheet: '%s' does not end in .png; it is written as PNG",
                 tool->sheet);

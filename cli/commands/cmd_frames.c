@@ -9,6 +9,7 @@
 #include "common/outputs.h"
 #include "console/cli.h"
 #include "interrupt.h"
+#include "pages/html.h"
 #include "sequence/frames_check.h"
 
 struct frames_options {
@@ -87,13 +88,16 @@ static void fold(const char *pattern)
     journal_close(&journal);
 }
 
-/* The page must be none of the frames. */
+/* The page must be none of the frames, and nothing that they are made of. */
 static int check_page(const struct frames_options *tool,
+                      const struct command_line *line,
                       const struct frames_report *report)
 {
     struct image_error error;
     struct outputs outputs = {.error = &error};
     outputs_add(&outputs, "html", tool->html);
+    if (!command_line_spare(line, report, &outputs))
+        return exit_without_memory();
     for (int i = 0; i < report->n; i++)
         outputs_spare(&outputs, NULL, report->frames[i].path);
     return exit_code(outputs.code, &error);
@@ -105,7 +109,7 @@ static int report_frames(const struct frames_options *tool,
                          const struct frames_report *report)
 {
     struct image_error error;
-    const int code = check_page(tool, report);
+    const int code = check_page(tool, line, report);
     if (code != EXIT_DONE)
         return code;
     const int n_open = report->n - frames_report_count(report, FRAME_FINISHED);
@@ -132,7 +136,7 @@ static int cmd_frames(int argc, char **argv)
     if (operands.n == 0 && operands.n_rest == 0)
         message("frames needs the name of a sequence, or a command line after --; see "
                 "rackfocus frames --help");
-    else
+    else if (html_check_name(tool.html))
         code = check(&tool, &operands, &line, &report);
     if (code == EXIT_DONE)
         code = os_is_interrupted() ? os_interrupt_code()

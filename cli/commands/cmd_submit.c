@@ -9,8 +9,10 @@
 #include "clock.h"
 #include "commands/command_line.h"
 #include "commands/farm_job.h"
+#include "common/outputs.h"
 #include "console/cli.h"
 #include "file.h"
+#include "pages/html.h"
 #include "povray.h"
 #include "process.h"
 #include "rackfocus/rackfocus.h"
@@ -405,6 +407,19 @@ static int choose_chunk(const struct submit_options *tool,
     return code;
 }
 
+/* What is written must be nothing that the frames are made of, and none of them. */
+static int check_outputs(const struct submit_options *tool,
+                         const struct command_line *line,
+                         const struct frames_report *report)
+{
+    struct image_error error;
+    struct outputs outputs = {.error = &error};
+    outputs_add(&outputs, "job", tool->job);
+    outputs_add(&outputs, "html", tool->html);
+    return command_line_spare(line, report, &outputs) ? exit_code(outputs.code, &error)
+                                                      : exit_without_memory();
+}
+
 static int number_of_views(const struct command_line *line)
 {
     const char *text = command_line_value(line, "views");
@@ -418,6 +433,8 @@ static int submit(const struct submit_options *tool, struct command_line *line,
     char how[160];
     struct chunks chunks = {0};
     int code = command_line_run(line, line->argc, line->argv, report);
+    if (code == EXIT_DONE)
+        code = check_outputs(tool, line, report);
     if (code != EXIT_DONE)
         return code;
     const int n_finished = frames_report_count(report, FRAME_FINISHED);
@@ -460,6 +477,8 @@ static bool check_usage(const struct submit_options *tool,
          (method && strcmp(method, "accumulate") == 0)))
         return fail_usage("--views-per-task is for povray with --views and --keep DIR, "
                           "where the views wait for each other");
+    if (!html_check_name(tool->html))
+        return false;
     const char *output = command_line_value(line, "output");
     if (!output)
         return fail_usage("the command line of the frames has no output, -o");

@@ -7,8 +7,10 @@
 #include "commands/accumulate_command.h"
 #include "commands/filter_command.h"
 #include "commands/povray_command.h"
+#include "common/outputs.h"
 #include "console/cli.h"
 #include "rackfocus/rackfocus.h"
+#include "sequence/frames_check.h"
 
 bool command_line_open(struct command_line *line, int argc, char **argv, const char *of)
 {
@@ -133,6 +135,28 @@ const char *command_line_value(const struct command_line *line, const char *name
         at += word.n;
     }
     return value;
+}
+
+bool command_line_spare(const struct command_line *line,
+                        const struct frames_report *report, struct outputs *outputs)
+{
+    struct frame_list frames = {.n = report->n};
+    frames.numbers = app_memory((size_t)report->n, sizeof(*frames.numbers), NULL);
+    for (int i = 0; frames.numbers && i < report->n; i++)
+        frames.numbers[i] = report->frames[i].number;
+    for (int at = 1; frames.numbers && at < line->argc;) {
+        const struct word word = read_word(line, at);
+        const char *path = word.is_operand ? line->argv[at] : word.value;
+        if (word.is_end)
+            break;
+        outputs->frames = path && frame_is_pattern(path) ? &frames : NULL;
+        outputs_spare(outputs, word.is_operand ? NULL : word.name, path);
+        at += word.n;
+    }
+    const bool is_good = frames.numbers != NULL;
+    outputs->frames = NULL;
+    frame_list_free(&frames);
+    return is_good;
 }
 
 int command_line_operand(const struct command_line *line, int i)

@@ -37,6 +37,12 @@ int command_line_operand(const struct command_line *line, int i);
 int command_line_words(const struct command_line *line, const char *left_out,
                        char **words, int *n_head);
 
+/* Every word of it that may be a name, patterns for each frame of the report, must be no
+ * output: an input, a table, what the line writes itself. False without memory. */
+struct outputs;
+bool command_line_spare(const struct command_line *line,
+                        const struct frames_report *report, struct outputs *outputs);
+
 /* Writes them for a shell, each after a blank, and `added` (may be NULL), as it is,
  * before "--". */
 void command_line_print(FILE *file, const struct command_line *line,

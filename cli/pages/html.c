@@ -8,6 +8,15 @@
 #include "path.h"
 #include "sources/picture.h"
 
+bool html_check_name(const char *page)
+{
+    const char *ending = page ? strrchr(page, '.') : ".html";
+    if (ending && (!strcmp(ending, ".html") || !strcmp(ending, ".htm")))
+        return true;
+    message("--html: '%s' does not end in .html", page);
+    return false;
+}
+
 void html_print(FILE *file, const char *text)
 {
     for (; *text; text++)

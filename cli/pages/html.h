@@ -8,6 +8,10 @@
 
 #include "image.h"
 
+/* Does a name end in .html or .htm? Else a message says so: another kind of file would
+ * be lost. NULL, no page, is one. */
+bool html_check_name(const char *page);
+
 /* Text with its <, & and " escaped. */
 void html_print(FILE *file, const char *text);
 

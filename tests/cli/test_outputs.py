@@ -18,6 +18,8 @@ def folder(scene, tmp_path, monkeypatch):
     names += [f"{name}.{i:04d}.exr" for name in ("s", "t", "sub/z") for i in (1, 2)]
     for name in names:
         scene(name)
+    (tmp_path / "pull.csv").write_text("frame,focus-distance\n1,6\n2,7\n")
+    (tmp_path / "page.html").write_text("focus-distance 6\n")  # parameters
     os.symlink(".", tmp_path / "link")
     os.symlink("in.exr", tmp_path / "linked.exr")
     return tmp_path
@@ -245,11 +247,42 @@ def test_the_table_of_a_pull_by_other_depths(refused):
             ["--reference-output", "--output"],
         ),
         ("povray x.pov -o o.exr --keep ./o.exr", ["--keep", "--output"]),
-        ("frames s.####.exr --html s.0002.exr", ["--html", "the input"]),
+        (
+            "aperture --aperture-image a.png -o ./a.png",
+            ["--output", "--aperture-image"],
+        ),
+        (
+            "frames --html page.html -- filter s.####.exr -o o.####.exr --params page.html",
+            ["--html", "--params"],
+        ),
+        (
+            "submit --to script --dry-run --job s.0002.exr -- filter s.####.exr -o o.#.exr",
+            ["--job", "the input"],
+        ),
+        (
+            "submit --to script --dry-run --job=pull.csv -- filter s.####.exr -o o.#.exr"
+            " --frame-parameters pull.csv",
+            ["--job", "--frame-parameters"],
+        ),
+        (
+            "submit --to script --dry-run --job=p.html --html=./p.html filter s.####.exr"
+            " -oo.#.exr",
+            ["--html", "--job"],
+        ),
     ],
 )
 def test_other_commands(refused, command, words):
     refused(*command.split(), words=words)
+
+
+@pytest.mark.parametrize("command", ["frames", "submit --to script --dry-run"])
+def test_a_page_is_html(folder, rackfocus, command):
+    """Not a frame, nor a scene or a reference by a slip."""
+    before = (folder / "s.0001.exr").read_bytes()
+    line = "-- filter s.####.exr -o o.####.exr".split()
+    done = rackfocus(*command.split(), "--html", "s.0001.exr", *line, code=2)
+    assert "--html: 's.0001.exr' does not end in .html" in done.stderr
+    assert (folder / "s.0001.exr").read_bytes() == before
 
 
 ACESCG = (0.713, 0.293, 0.165, 0.83, 0.128, 0.044, 0.32168, 0.33767)
