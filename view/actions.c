@@ -13,6 +13,8 @@ static void focus_on_centre(struct app *app)
     const struct area area = view_picture_area(app);
     double depth;
     int32_t x, y;
+    if (play_lacks_pixels(app))
+        return;
     if (view_depth_at(app, area.x + area.width / 2.0, area.y + area.height / 2.0,
                       &depth, &x, &y))
         state_focus(&app->state, depth);
@@ -20,6 +22,8 @@ static void focus_on_centre(struct app *app)
 
 static void focus_nearest(struct app *app)
 {
+    if (play_lacks_pixels(app))
+        return;
     if (app->options->is_demo)
         state_focus(&app->state, demo_distance(&app->demo, 0));
     else if (app->shot && app->shot->input)
@@ -274,6 +278,8 @@ static void toggle_compare(struct app *app)
 static void keep_as_reference(struct app *app)
 {
     const struct shot *shot = app->shot;
+    if (play_lacks_pixels(app))
+        return;
     if (!shot || !shot->pixels || shot->id != app->state.id || shot->times > 1) {
         view_say(app, "wait until the best picture is shown");
         return;

@@ -118,6 +118,9 @@ struct play {
     int wanted;   /* the one to go to when what is read now is there */
     double rate;  /* frames a second */
     double due_s; /* when the next one is to be shown */
+    /* What is shown comes from memory, and app->shot and app->stage are another frame's. */
+    bool is_ahead;
+    void (*then)(struct app *app); /* what waits until the one shown is read; or NULL */
 };
 
 /* A run of --benchmark. */
@@ -304,6 +307,11 @@ void play_toggle(struct app *app);
 void play_step(struct app *app);                          /* of the main loop */
 double play_waits_s(const struct app *app);               /* until it is called again */
 bool play_keep(struct app *app, const struct shot *shot); /* true: it took the rgba */
+/* Where frames are played, playing stops, and the action comes when the one that is shown
+ * has been read: then true. */
+bool play_defer(struct app *app, void (*action)(struct app *app));
+/* For what needs the pixels: true, and playing stops, where they are another frame's. */
+bool play_lacks_pixels(struct app *app);
 void play_set_key(struct app *app);
 void play_take_frame(struct app *app); /* when a frame has been read */
 void play_rows(struct app *app);       /* of the panel */

@@ -53,7 +53,8 @@ bool view_depth_at(const struct app *app, double x, double y, double *depth,
 {
     const struct input *input = app->shot ? app->shot->input : NULL;
     const struct area area = view_picture_area(app);
-    if (!app->has_stage || !input || !input->planar || !area_has(&area, x, y) ||
+    if (!app->has_stage || app->play.is_ahead || !input || !input->planar ||
+        !area_has(&area, x, y) ||
         !zoom_pick(&app->state.zoom, input->width, input->height, x, y, px, py))
         return false;
     *depth = input->planar[(size_t)*py * (size_t)input->width + (size_t)*px];

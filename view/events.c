@@ -215,7 +215,7 @@ static void click(struct app *app, double x, double y)
     double depth;
     int32_t px, py;
     char number[32];
-    if (!view_depth_at(app, x, y, &depth, &px, &py))
+    if (play_lacks_pixels(app) || !view_depth_at(app, x, y, &depth, &px, &py))
         return;
     ui_format(depth, number, sizeof(number));
     const bool is_good = state_focus(&app->state, depth);

@@ -210,7 +210,8 @@ static void end_opening(struct app *app, bool is_good)
         playlist_close(&app->playlist);
         app->playlist = app->opening;
         app->picture = app->play.wanted = 0;
-        app->play.is_on = false;
+        app->play.is_on = app->play.is_ahead = false;
+        app->play.then = NULL;
         app->pull.n = 0;
         frames_free(&app->frames);
         app->misplaced = NULL;
@@ -225,6 +226,10 @@ static void end_opening(struct app *app, bool is_good)
 static void give_up(struct app *app, struct stage *stage, const char *why)
 {
     app->play.is_on = false;
+    if (app->play.wanted == app->picture)
+        app->play.then = NULL;
+    if (app->play.is_ahead)
+        app->state.id++; /* the picture of the stage is shown again */
     if (app->stage && stage && !app->is_opening)
         snprintf(app->unshown, sizeof(app->unshown),
                  "%.100s is not shown: %.200s; this is still %.60s",

@@ -34,6 +34,7 @@ static bool take_shot(struct app *app, bool is_pinhole)
     const double start_s = os_clock_s();
     gl_picture_put(is_pinhole ? &app->before : &app->after, shot->rgba, shot->width,
                    shot->height);
+    app->play.is_ahead = app->play.is_ahead && is_pinhole;
     app->stats.draw_ms += 1000 * (os_clock_s() - start_s);
     if (app->has_scopes && !is_pinhole)
         scopes_count(&app->scopes, shot->rgba, shot->width, shot->height);

@@ -34,6 +34,8 @@ static const char *aperture_key(const struct app *app)
 void play_set_key(struct app *app)
 {
     const struct state *state = &app->state;
+    if (play_defer(app, play_set_key))
+        return;
     if (app->playlist.n < 2) {
         view_say(app, "keys are for sequences: start with a folder of frames");
         return;
@@ -56,6 +58,8 @@ void play_set_key(struct app *app)
 
 static void remove_key(struct app *app)
 {
+    if (play_defer(app, remove_key))
+        return;
     const int32_t frame = frame_of(app, app->picture);
     if (pull_remove(&app->pull, frame))
         view_say(app, "no key at frame %d any more", frame);
@@ -80,6 +84,11 @@ void play_take_frame(struct app *app)
     apply_pull(app);
     if (!app->play.is_on && app->play.wanted != app->picture)
         play_go(app, app->play.wanted);
+    void (*const then)(struct app * app) = app->play.then;
+    if (then && !app->loader.is_running) {
+        app->play.then = NULL;
+        then(app);
+    }
 }
 
 static void save_keys(struct app *app)
@@ -149,6 +158,7 @@ static void show_frame(struct app *app, int picture, const struct frame_shot *sh
     const double now_s = os_clock_s(), step_s = 1 / app->play.rate;
     gl_picture_put(&app->after, shot->rgba, shot->width, shot->height);
     app->play.at = picture;
+    app->play.is_ahead = picture != app->picture;
     /* Where a frame came late the next ones come as fast as they should, not faster. */
     app->play.due_s = fmax(app->play.due_s + step_s, now_s);
     app->is_redraw_due = true;
@@ -193,6 +203,28 @@ void play_toggle(struct app *app)
     app->state.is_split = false;
 }
 
+bool play_defer(struct app *app, void (*action)(struct app *app))
+{
+    struct play *play = &app->play;
+    if (play->is_on)
+        play_toggle(app);
+    else if (!play->then)
+        return false;
+    play->then = app->loader.is_running ? action : NULL;
+    return play->then != NULL;
+}
+
+bool play_lacks_pixels(struct app *app)
+{
+    if (!app->play.is_ahead)
+        return false;
+    if (app->play.is_on)
+        play_toggle(app);
+    view_say(app, "playing stops at frame %d, which is read now: once more after that",
+             frame_of(app, app->play.at));
+    return true;
+}
+
 /* ---- the panel -------------------------------------------------------------------- */
 
 static void frame_row(struct app *app)
@@ -222,7 +254,8 @@ static void key_rows(struct app *app)
 {
     struct ui *ui = &app->ui;
     char text[96];
-    const bool has_key = pull_has(&app->pull, frame_of(app, app->picture));
+    const int shown = app->play.is_on ? app->play.at : app->picture;
+    const bool has_key = pull_has(&app->pull, frame_of(app, shown));
     snprintf(text, sizeof(text), "%d%s", app->pull.n, has_key ? ", one here" : "");
     ui_readout(ui, "Keys", text);
     ui_columns(ui, 2);

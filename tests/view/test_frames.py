@@ -3,8 +3,9 @@
 
 import time
 
+import numpy
 import pytest
-from conftest import FAR, HEIGHT, WIDTH, read_png
+from conftest import FAR, HEIGHT, WIDTH, read_exr, read_png
 
 N_FRAMES = 4
 
@@ -101,6 +102,78 @@ def test_a_change_while_playing_is_played(window, frames, command_picture):
     number = int(last["text"].split()[0])
     want = command_picture(frames / f"passes.{number:04d}.exr", "--f-stop", "1.2")
     assert window.sees(want)
+
+
+def play_from_memory(window):
+    """Plays until frames are shown that are not the one which was read last."""
+    window.set_number("Frames a second", "20")
+    window.move(20, 20)
+    window.key("l")
+    for _ in range(2 * N_FRAMES):
+        window.wait_text("frame", "played")
+
+
+def frame_shown(window):
+    """The number of the frame at which playing has stopped."""
+    played = [e["text"] for e in window.events() if e["event"] == "frame"]
+    return int(played[-1].split()[0])
+
+
+def test_the_frame_that_is_played_is_saved(window, frames, rackfocus, tmp_path):
+    """Not the one that was read last; key and command line are that frame's, too."""
+    for _ in range(2):  # one of both is not the one that was read last
+        play_from_memory(window)
+        window.key("ctrl+s")
+        name = window.wait_text("saved", "saved").split()[-1]
+        number = frame_shown(window)
+        assert f"passes.{number:04d}" in name
+        out = tmp_path / "out.exr"
+        rackfocus("filter", frames / f"passes.{number:04d}.exr", "-o", out)
+        assert numpy.array_equal(read_exr(tmp_path / name), read_exr(out))
+        (tmp_path / name).unlink()
+        play_from_memory(window)
+        copied = window.copied()
+        assert f"passes.{frame_shown(window):04d}.exr" in copied[2]
+        play_from_memory(window)
+        window.key("m")
+        said = window.wait_text("said", "key at frame")
+        assert f"frame {frame_shown(window)}:" in said
+
+
+def test_what_needs_the_pixels_waits_for_the_frame(window):
+    said = ""
+    for _ in range(9):  # it may be the one that was read last
+        play_from_memory(window)
+        window.key("k")
+        said = window.wait_text("said")
+        if "playing stops" in said:
+            break
+        window.key("l")
+    number = frame_shown(window)
+    assert f"at frame {number}," in said
+    window.wait_text("loaded", f"{number:04d}")
+
+
+def test_a_frame_played_that_is_gone(window, frames, command_picture):
+    """The window shows what it says it shows."""
+    names = sorted(frames.iterdir())
+    kept = {path.name: command_picture(path) for path in names}
+    unshown = []
+    for _ in range(9):  # it may be the one that was read last
+        play_from_memory(window)
+        for path in names:
+            path.rename(f"{path}.away")
+        window.key("l")
+        window.copied()  # after all that was done before
+        time.sleep(0.5)
+        told = [e["text"] for e in window.events() if e["event"] == "unshown"]
+        unshown = [text for text in told if text]
+        for path in names:
+            path.with_name(f"{path.name}.away").rename(path)
+        if unshown:
+            break
+    assert f"passes.{frame_shown(window):04d}.exr is not shown" in unshown[0]
+    assert window.sees(kept[unshown[0].split()[-1]])
 
 
 def test_key_frames(window, frames, rackfocus, tmp_path):
