@@ -380,6 +380,7 @@ static struct rf_footprint *pack(struct rf_grid *g, const struct rf_context *con
     p->weights = (float *)(memory + head);
     p->segments = (struct rf_segment *)(memory + head + body);
     p->is_common = is_common;
+    p->is_shut = false;
     p->is_even = is_even;
     p->n_mirrored = is_mirrored ? n_segments / 2 : 0;
     p->n_side_by_side = n_spare + 1;
@@ -584,10 +585,13 @@ static struct rf_footprint *build_traced(const struct rf_footprints *f,
     rf_trace_reach(&trace, reach);
     if (!make_grid(&g, f, 1, reach, lines))
         return NULL;
-    whole.share[0] = rf_trace_fill(&trace, &g);
+    double open = rf_trace_open(&trace);
+    whole.share[0] = rf_trace_fill(&trace, &g) * (open > 0 ? open : 1);
     normalise(&g, &whole, DUST);
     struct rf_footprint *built = pack(&g, f->context, 1, false, lines);
     rf_free(f->context, g.weight);
+    if (built)
+        built->is_shut = open == 0;
     return built;
 }
 
@@ -603,10 +607,16 @@ static struct rf_footprint *build_listed(const struct rf_footprints *f,
     rf_zone_make(&zone, &shape, f->shape, &f->zones.look, l->q, r);
     if (f->bokeh)
         rf_zone_weigh(&zone, f->bokeh, f->bokeh_plane);
+    double open =
+        rf_zone_open(&f->zones.look, f->shape, l->q, r, f->bokeh, f->bokeh_plane);
+    if (open > 0)
+        zone.cells.share[0] = open;
     struct request q = {&zone, r, 0, RF_POSITIVE, l->phase};
     struct rf_footprint *built = build_request(f, &q, lines);
     rf_free(f->context, lines->part);
     lines->part = NULL; /* of the zone here */
+    if (built)
+        built->is_shut = open == 0;
     return built;
 }
 

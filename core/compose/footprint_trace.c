@@ -292,3 +292,17 @@ double rf_trace_fill(const struct rf_trace *t, struct rf_grid *g)
     double sum = raster.sum;
     return sum > 0 ? sum / (sum + light_beside(t, &a, &lit)) : 0;
 }
+
+double rf_trace_open(const struct rf_trace *t)
+{
+    static const struct area none = {.from = {0}};
+    if (!rf_look_is_dark(t->look))
+        return 1;
+    const struct rf_look bright_look = rf_look_bright(t->look);
+    struct rf_trace bright = *t;
+    bright.look = &bright_look;
+    struct area all = all_of(&bright);
+    struct span lit = lit_of(&bright, &all);
+    double most = light_beside(&bright, &none, &lit);
+    return most > 0 ? fmin(light_beside(t, &none, &lit) / most, 1) : 0;
+}

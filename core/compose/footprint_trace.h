@@ -29,4 +29,8 @@ void rf_trace_reach(const struct rf_trace *t, double reach[2]);
  */
 double rf_trace_fill(const struct rf_trace *t, struct rf_grid *g);
 
+/* The share of the sample's light that its looks leave, within 2e-3 (a lattice); 0: it
+ * is dark everywhere. */
+double rf_trace_open(const struct rf_trace *t);
+
 #endif

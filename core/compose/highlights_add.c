@@ -53,6 +53,7 @@
 #include "compose/footprint.h"
 #include "compose/footprint_shelf.h"
 #include "compose/light_list.h"
+#include "compose/light_map.h"
 #include "compose/lone_lights.h"
 #include "compose/occluder_layers.h"
 #include "compose/scene.h"
@@ -61,10 +62,11 @@
 #include "kernels/data.h"
 #include "kernels/kernels.h"
 #include "lens/aperture.h"
+#include "lens/look.h"
 #include "surfaces/surfaces.h"
 #include "rackfocus/rackfocus.h"
 
-enum { BAND_ROWS = 32, LENS_GRID = RF_LENS_GRID };
+enum { BAND_ROWS = 32, LENS_GRID = RF_LENS_GRID, N_UNDARKENED = 64 };
 
 /*
  * Ours. Behind each: tPSNR in dB of scenes of tests/quality with half of it and with
@@ -96,6 +98,7 @@ struct highlights {
     struct rf_lone_lights lone;
     const struct rf_samples *samples;
     struct rf_light_list list; /* of their footprints, where each place has its own */
+    struct rf_light_map open;  /* where looks take light; .at NULL: they do not */
     struct shade *shades;
     size_t n_shades;
     struct rf_occluder_layers layers;
@@ -511,6 +514,44 @@ static const float *blocked_at(const struct highlights *h, const struct shade *s
                : NULL;
 }
 
+/*
+ * What a finished picture loses to cat's eyes and doors, it loses at each pixel
+ * (compose/light_map.h); a lamp keeps what its own footprint keeps. So weights are
+ * divided by the former here: `own` receives n of them, of pixels from (x, y) of the
+ * scene on. The lens is not dark where a lamp lights it: LEAST bounds what is rounded.
+ */
+static const float *undarkened(const struct highlights *h, const float *weight, int x,
+                               int y, int n, float *own)
+{
+    static const float LEAST = 1e-3f;
+    rf_light_map_row(&h->open, x - h->scene->x0, y - h->scene->y0, n, own);
+    for (int i = 0; i < n; i++)
+        own[i] = weight[i] / rf_max_float(own[i], LEAST);
+    return own;
+}
+
+/* Adds n weights of a light, less what is blocked if not NULL, from column x of the
+ * crop's row y on. */
+static void add_row(const struct highlights *h, const struct rf_sample *light,
+                    const float *weight, const float *blocked, int x, int y, int n)
+{
+    const struct rf_crop *crop = h->out;
+    const int first = h->scene->first_colour, end = first + h->scene->n_colours;
+    float colour[4] = {0};
+    float share = h->list.share ? h->list.share[light - h->samples->at] : 1;
+    for (int p = first; p < end; p++)
+        colour[p] = light->c[p] * light->w * share;
+    if (crop->rgba)
+        add_to_rgba(crop->rgba + y * crop->stride + 4 * x, colour, weight, blocked, n);
+    for (int p = first; p < end; p++) {
+        if (!crop->planes[p])
+            continue;
+        float *out = crop->planes[p] + y * crop->stride + x;
+        for (int i = 0; i < n; i++)
+            out[i] += colour[p] * weight[i] * (blocked ? seen_of(blocked[i]) : 1);
+    }
+}
+
 /* Adds the light of the rows y0 to y1 - 1 of the scene. */
 static void add_light(const struct highlights *h, const struct rf_sample *light,
                       const struct shade *shade, int y0, int y1)
@@ -518,10 +559,7 @@ static void add_light(const struct highlights *h, const struct rf_sample *light,
     const struct rf_crop *crop = h->out;
     const struct rf_footprint *f = footprint_of(h, light);
     int x = (int)floorf(light->x) - crop->x, y = (int)floorf(light->y);
-    const int first = h->scene->first_colour, end = first + h->scene->n_colours;
-    float colour[4] = {0};
-    for (int p = first; p < end; p++)
-        colour[p] = light->c[p] * light->w;
+    const bool is_dark = h->open.at && !f->is_shut;
     for (int k = 0; k < f->n_segments; k++) {
         const struct rf_segment *g = &f->segments[k];
         int row = y + g->dy;
@@ -532,21 +570,18 @@ static void add_light(const struct highlights *h, const struct rf_sample *light,
         int from = rf_max_int(0, -(x + g->dx));
         int to = rf_min_int(rf_min_int(g->n, f->max_dx - g->dx + 1),
                             crop->width - x - g->dx);
-        if (crop->rgba && from < to) {
-            float *out =
-                crop->rgba + (row - crop->y) * crop->stride + 4 * (x + g->dx + from);
-            if (row + 1 < y1)
-                rf_fetch(out + crop->stride, 4 * (to - from));
-            add_to_rgba(out, colour, weight + from, blocked ? blocked + from : NULL,
-                        to - from);
-        }
-        for (int p = first; p < end; p++) {
-            if (!crop->planes[p])
-                continue;
-            float *out = crop->planes[p] + (row - crop->y) * crop->stride + x + g->dx;
-            float c = light->c[p] * light->w;
-            for (int i = from; i < to; i++)
-                out[i] += c * weight[i] * (blocked ? seen_of(blocked[i]) : 1);
+        if (crop->rgba && from < to && row + 1 < y1)
+            rf_fetch(crop->rgba + (row + 1 - crop->y) * crop->stride +
+                         4 * (x + g->dx + from),
+                     4 * (to - from));
+        for (int i = from, n; i < to; i += n) {
+            float own[N_UNDARKENED];
+            n = is_dark ? rf_min_int(to - i, N_UNDARKENED) : to - i;
+            const float *w = weight + i;
+            if (is_dark)
+                w = undarkened(h, w, x + crop->x + g->dx + i, row, n, own);
+            add_row(h, light, w, blocked ? blocked + i : NULL, x + g->dx + i,
+                    row - crop->y, n);
         }
     }
 }
@@ -715,6 +750,9 @@ rf_result rf_add_highlights(const struct rf_scene *scene, const struct rf_crop *
         result = rf_footprints_get(&h.footprints, &own, context, &use, error);
     if (result == RF_OK)
         result = rf_lone_lights_find(&h.lone, scene, error);
+    if (result == RF_OK && rf_look_is_dark(&use.look))
+        result =
+            rf_light_map_make(&h.open, scene->frame, shape, use.bokeh_plane, error);
     use.is_of_points = true;
     if (result == RF_OK && h.lone.are)
         result = rf_footprints_get(&h.of_points, &own_of_points, context, &use, error);
@@ -729,5 +767,6 @@ rf_result rf_add_highlights(const struct rf_scene *scene, const struct rf_crop *
     rf_footprints_put(h.of_points, &own_of_points);
     rf_lone_lights_free(&h.lone, context);
     rf_light_list_free(&h.list, context);
+    rf_light_map_free(&h.open, context);
     return result;
 }

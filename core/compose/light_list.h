@@ -15,6 +15,9 @@
 struct rf_light_list {
     struct rf_listed *at; /* different ones */
     uint32_t *slot;       /* per highlight; NULL: looks do not depend on the place */
+    /* What each highlight has of its footprint's light, whose place is rounded, where
+     * that is quick to find; NULL: as much. */
+    float *share;
 };
 
 /*

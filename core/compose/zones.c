@@ -241,11 +241,11 @@ int rf_zone_at(const struct rf_zones *zones, const double q[2])
            nearest(q[0], zones->step, zones->n_x);
 }
 
-void rf_zone_make(struct rf_zone *zone, struct rf_shape *shape,
-                  const struct rf_shape *whole, const struct rf_look *look,
-                  const double q[2], double r)
+double rf_zone_make(struct rf_zone *zone, struct rf_shape *shape,
+                    const struct rf_shape *whole, const struct rf_look *look,
+                    const double q[2], double r)
 {
-    rf_look_shape(look, whole, q, r, shape, zone->centroid);
+    double share = rf_look_shape(look, whole, q, r, shape, zone->centroid);
     zone->shape = shape;
     rf_shape_variance(shape, zone->variance);
     zone->cells = (struct rf_lens_cells){.n = 1, .share = {1}};
@@ -254,4 +254,22 @@ void rf_zone_make(struct rf_zone *zone, struct rf_shape *shape,
     zone->q[0] = q[0];
     zone->q[1] = q[1];
     zone->r = r;
+    return share;
+}
+
+double rf_zone_open(const struct rf_look *look, const struct rf_shape *whole,
+                    const double q[2], double r, const struct rf_bokeh *bokeh,
+                    int plane)
+{
+    struct rf_zone zone;
+    struct rf_shape shape;
+    if (!bokeh || !rf_look_is_dark(look))
+        return rf_look_open(look, whole, q, r);
+    if (rf_zone_make(&zone, &shape, whole, look, q, r) == 0)
+        return 0;
+    double left = rf_zone_weigh(&zone, bokeh, plane);
+    const struct rf_look bright = rf_look_bright(look);
+    rf_zone_make(&zone, &shape, whole, &bright, q, r);
+    double all = rf_zone_weigh(&zone, bokeh, plane);
+    return all > 0 ? fmin(left / all, 1) : 0;
 }

@@ -102,9 +102,18 @@ static inline int rf_zone_middle(const struct rf_zones *zones)
     return zones->n / 2;
 }
 
-/* A zone of one place alone, for samples of radius r. `shape` lasts as long as it. */
-void rf_zone_make(struct rf_zone *zone, struct rf_shape *shape,
-                  const struct rf_shape *whole, const struct rf_look *look,
-                  const double q[2], double r);
+/*
+ * A zone of one place alone, for samples of radius r. `shape` lasts as long as it.
+ * Returns what rf_look_shape() does.
+ */
+double rf_zone_make(struct rf_zone *zone, struct rf_shape *shape,
+                    const struct rf_shape *whole, const struct rf_look *look,
+                    const double q[2], double r);
+
+/* The share of the light of `bokeh` (NULL: an even lens) that looks leave a lone sample
+ * at q of radius r: rf_look_open() by light. */
+double rf_zone_open(const struct rf_look *look, const struct rf_shape *whole,
+                    const double q[2], double r, const struct rf_bokeh *bokeh,
+                    int plane);
 
 #endif

@@ -105,6 +105,7 @@ struct rf_footprint {
      * zeros, but one, and as many stand before the first. 1 to RF_MAX_SIDE_BY_SIDE.
      */
     int n_side_by_side;
+    bool is_shut; /* looks leave nothing of it: it is as if they took nothing */
     int min_dx, max_dx, min_dy, max_dy; /* of the weights above zero */
     struct rf_segment *segments;        /* by rows */
     float *weights;

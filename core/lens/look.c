@@ -75,6 +75,14 @@ bool rf_look_is_dark(const struct rf_look *look)
     return look->cat_eye > 0 || has_doors(look);
 }
 
+struct rf_look rf_look_bright(const struct rf_look *look)
+{
+    struct rf_look bright = *look;
+    bright.cat_eye = 0;
+    memset(bright.door, 0, sizeof bright.door);
+    return bright;
+}
+
 /* Does the radius depend on the pixel? */
 static bool is_bent(const struct rf_look *look)
 {
@@ -276,9 +284,7 @@ double rf_look_shape(const struct rf_look *look, const struct rf_shape *whole,
 {
     double share = cut_all(look, whole, q, r, shape);
     if (share == 0) {
-        struct rf_look bright = *look;
-        bright.cat_eye = 0;
-        memset(bright.door, 0, sizeof bright.door);
+        const struct rf_look bright = rf_look_bright(look);
         cut_all(&bright, whole, q, r, shape);
     }
     map_corners(look, q, r, shape);
@@ -465,4 +471,49 @@ double rf_look_light(const struct rf_look *look, const struct rf_shape *whole,
     if (whole->is_disc && !has_doors(look))
         return lens_share(look->cat_eye * rf_length(q[0], q[1]));
     return cut_all(look, whole, q, 0, &shape);
+}
+
+/* The area that a disc of radius 1 and one of radius r share whose middles are d apart,
+ * in parts of the first. */
+static double discs_share(double r, double d)
+{
+    if (d >= 1 + r)
+        return 0;
+    if (d <= fabs(1 - r))
+        return fmin(r * r, 1);
+    double first = (d * d + 1 - r * r) / (2 * d), chord = 1 - first * first;
+    double second = (d - first) / r, high = sqrt(fmax(chord, 0));
+    return (acos(fmin(fmax(first, -1), 1)) + r * r * acos(fmin(fmax(second, -1), 1)) -
+            d * high) /
+           RF_PI;
+}
+
+static bool is_two_discs(const struct rf_look *look, const struct rf_shape *whole)
+{
+    return look->cat_eye > 0 && whole->is_disc && look->ratio == 1 &&
+           !has_doors(look) && rf_look_is_scaled(look);
+}
+
+bool rf_look_is_open_quick(const struct rf_look *look, const struct rf_shape *whole)
+{
+    bool has_doors_alone = look->cat_eye == 0 && has_doors(look);
+    return is_two_discs(look, whole) || (has_doors_alone && rf_look_is_scaled(look));
+}
+
+double rf_look_open(const struct rf_look *look, const struct rf_shape *whole,
+                    const double q[2], double r)
+{
+    struct rf_shape shape;
+    double centroid[2], scale = fabs(1 - look->cat_eye * r / look->half_px);
+    if (!rf_look_is_dark(look))
+        return 1;
+    if (is_two_discs(look, whole) && scale > 1e-6)
+        return discs_share(1 / scale, look->cat_eye * rf_length(q[0], q[1]) / scale);
+    double share = rf_look_shape(look, whole, q, r, &shape, centroid);
+    if (share == 0 || rf_look_is_scaled(look))
+        return share;
+    double left = rf_shape_area(&shape, centroid);
+    const struct rf_look bright = rf_look_bright(look);
+    rf_look_shape(&bright, whole, q, r, &shape, centroid);
+    return fmin(left / rf_shape_area(&shape, centroid), 1);
 }

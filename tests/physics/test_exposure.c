@@ -187,6 +187,43 @@ static void the_light_of_every_aperture_falls(void)
         check_lamp(&lenses[i], 120, 90, i % 2 ? 7 : -7);
 }
 
+/*
+ * With `fall` a lamp keeps what its lens leaves of its footprint: two discs, the second
+ * of radius 1 / (1 - c r / h) and so much farther beside the first. Their common area is
+ * summed along lines. By the share of the pixels alone it is 5.2 % less at 40 px and
+ * 5.6 % more at -40.
+ */
+static void lamps_keep_what_their_footprint_does(void)
+{
+    enum { N = 200000 };
+    static const struct lens lens = {.cat_eye = 0.9, .ratio = 1};
+    static const double radii[] = {5, -5, 40, -40, 90, -90};
+    static const int places[][2] = {{WIDTH / 2, HEIGHT / 2}, {680, 440}, {150, 150}};
+    double half_px = hypot(WIDTH, HEIGHT) / 2;
+    for (int i = 0; i < 6 * 3; i++) {
+        int x = places[i % 3][0], y = places[i % 3][1];
+        double r = radii[i / 3], scale = 1 - lens.cat_eye * r / half_px, want = 0;
+        double away = hypot(x + 0.5 - WIDTH / 2.0, HEIGHT / 2.0 - y - 0.5) / half_px *
+                      lens.cat_eye / scale;
+        for (int k = 0; k < N; k++) {
+            double v = (k + 0.5) / N * 2 - 1, half = sqrt(1 - v * v);
+            double rest = 1 / scale / scale - v * v, wide = rest > 0 ? sqrt(rest) : 0;
+            want += rest > 0
+                        ? fmax(fmin(half, away + wide) - fmax(-half, away - wide), 0)
+                        : 0;
+        }
+        want *= 2.0 / N / PI;
+        struct frame f = lamp_through(&lens, RF_EXPOSURE_FALL, x, y, r, 1);
+        double sum = 0;
+        for (int k = 0; k < WIDTH * HEIGHT; k++)
+            sum += (double)f.out[k * N_COLOURS];
+        printf("# r %g at (%d, %d): %.5f, %+.1e\n", r, x, y, sum / LAMP,
+               sum / LAMP - want);
+        CHECK_NEAR(sum / LAMP, want, 1e-4);
+        frame_free(&f);
+    }
+}
+
 /* Parts of the lens weigh by the light that comes through each, not by their areas: both
  * views make the edge of a wall as one does. */
 static void views_have_the_light_of_one(void)
@@ -215,6 +252,7 @@ int main(int argc, char **argv)
 {
     testing_begin(argc, argv);
     TEST(the_light_of_every_aperture_falls);
+    TEST(lamps_keep_what_their_footprint_does);
     TEST(views_have_the_light_of_one);
     return testing_end();
 }
