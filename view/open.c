@@ -53,9 +53,12 @@ static void set_params(struct app *app, const char *path)
 {
     struct image_error error;
     struct settings read;
+    int n_named = 0;
     settings_init(&read);
-    if (!params_file_read(path, &read, &error))
+    if (!params_file_read(path, &read, &n_named, &error))
         view_say(app, "%s", error.message);
+    else if (n_named == 0)
+        view_say(app, PARAMS_FILE_IS_EMPTY, path);
     else if (!state_merge(&app->state, &read))
         view_say(app, "%s: %.400s", path, app->state.problem);
     else

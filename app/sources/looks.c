@@ -161,11 +161,13 @@ static void describe_own(const char *name, char *text, size_t n_bytes)
 bool look_read(const char *name, struct settings *settings, struct image_error *error)
 {
     char path[4096], own[256];
+    int n_named = 0;
+    if (is_path(name) && !params_file_read(name, settings, &n_named, error))
+        return app_missing(error, "look", name);
     if (is_path(name))
-        return params_file_read(name, settings, error) ||
-               app_missing(error, "look", name);
+        return n_named > 0 || set_error(error, "--look " PARAMS_FILE_IS_EMPTY, name);
     if (look_path(name, path, sizeof(path)) && os_file_facts(path).kind != OS_FILE_NONE)
-        return params_file_read(path, settings, error);
+        return params_file_read(path, settings, NULL, error);
     const struct look_given *given = find_given(name);
     if (given)
         return params_text_read(name, given->text, settings, error);

@@ -61,23 +61,28 @@ static bool read_line(const char *path, int number, char *line,
     return set_error(error, "%s:%d: %s: %s", path, number, key, wrong.message);
 }
 
-/* Takes the text apart. */
+/* Takes the text apart; `n_named` receives how many of its lines are no remarks. */
 static bool read_lines(const char *name, char *text, struct settings *settings,
-                       struct image_error *error)
+                       int *n_named, struct image_error *error)
 {
     const struct settings typed = *settings;
     char *line;
-    for (int number = 1; (line = text_next_line(&text)) != NULL; number++)
+    *n_named = 0;
+    for (int number = 1; (line = text_next_line(&text)) != NULL; number++) {
         if (!read_line(name, number, line, &typed, settings, error))
             return false;
+        *n_named += line[strspn(line, " \t\v\f")] != 0; /* without its remark now */
+    }
     return true;
 }
 
-bool params_file_read(const char *path, struct settings *settings,
+bool params_file_read(const char *path, struct settings *settings, int *n_named,
                       struct image_error *error)
 {
+    int n;
     char *text = text_file_read(path, error);
-    const bool is_good = text && read_lines(path, text, settings, error);
+    const bool is_good =
+        text && read_lines(path, text, settings, n_named ? n_named : &n, error);
     free(text);
     return is_good;
 }
@@ -85,11 +90,12 @@ bool params_file_read(const char *path, struct settings *settings,
 bool params_text_read(const char *name, const char *text, struct settings *settings,
                       struct image_error *error)
 {
+    int n;
     char *copy = app_memory(strlen(text) + 1, 1, error);
     if (!copy)
         return false;
     strcpy(copy, text);
-    const bool is_good = read_lines(name, copy, settings, error);
+    const bool is_good = read_lines(name, copy, settings, &n, error);
     free(copy);
     return is_good;
 }

@@ -431,13 +431,19 @@ static int run(struct options *all, struct settings *settings,
         host.results = stderr;
         tool->shown_output = "standard output";
     }
-    if (tool->params && !params_file_read(tool->params, settings, error)) {
+    int n_named = 0;
+    if (tool->params && !params_file_read(tool->params, settings, &n_named, error)) {
         app_missing(error, "params", tool->params);
         return app_code_of(error);
     }
     if (tool->look && !look_read(tool->look, settings, error))
         return APP_USAGE;
-    int code = warn_of_kind(tool, all->pipes.has_output, operands, error);
+    int code = APP_DONE;
+    if (tool->params && n_named == 0)
+        code =
+            app_warn(tool->host, error, "--params " PARAMS_FILE_IS_EMPTY, tool->params);
+    if (code == APP_DONE)
+        code = warn_of_kind(tool, all->pipes.has_output, operands, error);
     if (code != APP_DONE)
         return code;
     if (all->sequence.report && !sequence_is_pattern(operands->items[0]))

@@ -260,6 +260,7 @@ static bool check_usage(const struct view_options *tool,
 int view_parse(int argc, char **argv, struct view_call *call)
 {
     struct image_error error;
+    int n_named = 0;
     *call = (struct view_call){.options = {.n_views = 1, .demo_width = 960}};
     int code = options_parse(&command_view, argc, argv, &call->options, &call->settings,
                              &call->operands);
@@ -267,10 +268,12 @@ int view_parse(int argc, char **argv, struct view_call *call)
         return code;
     code = check_usage(&call->options, &call->operands) ? OPTIONS_GO_ON : EXIT_USAGE;
     if (code == OPTIONS_GO_ON && call->options.params &&
-        !params_file_read(call->options.params, &call->settings, &error)) {
+        !params_file_read(call->options.params, &call->settings, &n_named, &error)) {
         app_missing(&error, "params", call->options.params);
         code = exit_code(app_code_of(&error), &error);
     }
+    if (code == OPTIONS_GO_ON && call->options.params && n_named == 0)
+        message("warning: --params " PARAMS_FILE_IS_EMPTY, call->options.params);
     call->below_look = call->settings;
     if (code == OPTIONS_GO_ON && call->options.look &&
         !look_read(call->options.look, &call->settings, &error)) {

@@ -144,3 +144,17 @@ def test_the_window_says_it_once(rackfocus, tmp_path):
         (tmp_path / f"{name}.txt").write_text("blades 6\n")
     said = rackfocus(*words, cwd=tmp_path, env=env, code=1).stderr
     assert said.count("is given twice") == 1
+
+
+@pytest.mark.parametrize("text", ["", " \n\t\n", "# blades 6\n  # f-stop 2\n"])
+def test_a_file_without_parameters_is_told(rackfocus, scene, tmp_path, text):
+    params, out = tmp_path / "lens.params", tmp_path / "out.exr"
+    params.write_text(text)
+    told = f"--params {params}: has no effect: no parameter stands in it"
+    words = ["filter", scene(), "-o", out, "--params", params]
+    assert told in rackfocus(*words).stderr
+    assert told in rackfocus(*words, "--strict", code=1).stderr
+    look = rackfocus("filter", scene(), "-o", out, "--look", params, code=2).stderr
+    assert f"--look {params}: has no effect" in look
+    params.write_text("\n  blades 6 # and no more\n")
+    assert "has no effect: no" not in rackfocus(*words).stderr
