@@ -178,8 +178,7 @@ static void check_lamp(const struct frame *f, const struct lamp *lamp)
 {
     double wrong = 0, sum = 0, lit = 0;
     bool is_cut = false;
-    int reach = reach_of(lamp);
-    int side = 2 * reach + 1;
+    int reach = reach_of(lamp), side = 2 * reach + 1;
     double *share = calloc((size_t)side * (size_t)side, sizeof *share);
     REQUIRE(share);
     for (int i = 0; i < side * side; i++) {
@@ -747,9 +746,9 @@ static void cells_of_a_stretched_lens_are_even(void)
         {0.5, -0.5}, {-0.5, 0.5}, {0.4, 0.5}, {-0.7, -0.6}};
     static const int places[][2] = {{980, 420}, {520, 60}, {60, 60}, {970, 130}};
     for (int i = 0; i < 4 * 4; i++) {
-        struct rf_params p;
+        const int x = places[i % 4][0], y = places[i % 4][1];
         struct frame f = frame_make(WIDTH, HEIGHT, 1);
-        int x = places[i % 4][0], y = places[i % 4][1];
+        struct rf_params p;
         double low = 1, high = 0;
         plain_params(&p, RF_METHOD_LAYERED);
         p.astigmatism = pairs[i / 4][0];
@@ -759,7 +758,7 @@ static void cells_of_a_stretched_lens_are_even(void)
             f.depth[k] = plain_depth(5);
         *frame_at(&f, f.colour, x, y) = 0.5f;
         CHECK(frame_filter(&f, &p, 2, NULL) == RF_OK);
-        for (int k = 0; k < 9; k++) { /* where all lens shapes are open */
+        for (int k = 0; k < 9; k++) {
             double v = (double)*frame_at(&f, f.out, x + k % 3 - 1, y + k / 3 - 1);
             low = fmin(low, v);
             high = fmax(high, v);
