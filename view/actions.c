@@ -275,6 +275,25 @@ static void toggle_compare(struct app *app)
              state->compares_reference ? "reference" : "pinhole");
 }
 
+/* What is saved is the frame that is shown, not the one that was read last. */
+static void save_shown_picture(struct app *app)
+{
+    if (!play_defer(app, save_shown_picture))
+        save_picture(app);
+}
+
+static void save_shown_params(struct app *app)
+{
+    if (!play_defer(app, save_shown_params))
+        save_params(app);
+}
+
+static void copy_shown_command(struct app *app)
+{
+    if (!play_defer(app, copy_shown_command))
+        save_command(app);
+}
+
 static void keep_as_reference(struct app *app)
 {
     const struct shot *shot = app->shot;
@@ -358,10 +377,10 @@ static const struct {
     [ACTION_FULL] = {.plain = toggle_full_screen},
     [ACTION_OPEN] = {.plain = open_any},
     [ACTION_OPEN_LIST] = {.plain = open_list},
-    [ACTION_SAVE] = {.plain = save_picture},
-    [ACTION_SAVE_PARAMS] = {.plain = save_params},
+    [ACTION_SAVE] = {.plain = save_shown_picture},
+    [ACTION_SAVE_PARAMS] = {.plain = save_shown_params},
     [ACTION_SAVE_PASSES] = {.plain = save_passes},
-    [ACTION_COPY] = {.plain = save_command},
+    [ACTION_COPY] = {.plain = copy_shown_command},
 };
 
 void view_act(struct app *app, enum action action)

@@ -96,8 +96,6 @@ static bool is_input(struct app *app, const char *path)
 void save_picture(struct app *app)
 {
     struct image_error error;
-    if (play_defer(app, save_picture))
-        return;
     if (!picture_check_kind(app->output, &error) ||
         !picture_check_writable(app->output, &error)) {
         view_say(app, "%s", error.message);
@@ -153,8 +151,6 @@ void save_params(struct app *app)
 {
     char path[MAX_PATH];
     struct image_error error;
-    if (play_defer(app, save_params))
-        return;
     save_name_beside(app, ".params", path);
     if (!save_may_replace(app, path))
         return;
@@ -212,8 +208,6 @@ void save_passes(struct app *app)
 void save_command(struct app *app)
 {
     char text[MAX_PATH + 5000];
-    if (play_defer(app, save_command))
-        return;
     if (app->stage) {
         stage_command(app->stage, &app->state.typed, app->output, text, sizeof(text));
     } else {

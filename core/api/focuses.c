@@ -50,8 +50,8 @@ enum { MOST_STEPS = 5 };
 /*
  * What the pixels of a part of a picture see beyond it: in radii, the light that reaches
  * them; in px, what surfaces look at: 32 px fail halves_of_a_split_diopter
- * (tests/physics/test_split_diopter.c). Twice the radii are no nearer to pictures made whole:
- * 57.7 dB instead of 57.9 at 1920 x 1080 (docs/notebook/looks.md).
+ * (tests/physics/test_split_diopter.c). Twice the radii are no nearer to pictures made
+ * whole: 57.7 dB instead of 57.9 at 1920 x 1080 (docs/notebook/looks.md).
  */
 enum { REACH_RADII = 1, REACH_PX = 64 };
 
