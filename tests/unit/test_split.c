@@ -92,6 +92,7 @@ static void split(int width, int height, float bright)
 /* ---- fringes ------------------------------------------------------------------- */
 
 static const float DARK = 0.01f, GREY = 0.4f, FRINGE = 0.5f, LAMP = 10;
+static float around_r = 5; /* radius of all but the lamp */
 
 /*
  * A pixel in the middle of 5 x 5, of which the picture has width x height, that is a
@@ -104,19 +105,19 @@ static bool is_fringe(int width, int height, int n_dark, int first, bool is_row)
     int lamp_x = is_end || is_row ? 0 : width - 1;
     int lamp_y = is_end || !is_row ? 0 : height - 1, n = 0;
     for (int i = 0; i < width * height; i++)
-        put(width, i % width, i / width, GREY, 5);
+        put(width, i % width, i / width, GREY, around_r);
     for (int pass = 0; pass < 2; pass++)
         for (int y = 0; y < height; y++)
             for (int x = 0; x < width; x++) {
                 bool is_first = (is_row ? y : x) == first;
                 bool is_free = !(x == 2 && y == 2) && !(x == lamp_x && y == lamp_y);
                 if (is_free && is_first == (pass == 0) && n < n_dark) {
-                    put(width, x, y, DARK, 5);
+                    put(width, x, y, DARK, around_r);
                     n++;
                 }
             }
-    put(width, 2, 2, FRINGE, 5);
-    put(width, lamp_x, lamp_y, LAMP, -5);
+    put(width, 2, 2, FRINGE, around_r);
+    put(width, lamp_x, lamp_y, LAMP, around_r - 10);
     split(width, height, 1e9f);
     return share[2 * width + 2] < 1;
 }
@@ -137,6 +138,19 @@ static void a_third_dark_pixels_make_a_fringe(void)
                     CHECK(!is_fringe(width, height, third, first, true));
                 }
             }
+}
+
+/* Of several views: their blur hides who has which share. */
+static void fringes_far_before_the_focus_stay_whole(void)
+{
+    around_r = -7;
+    CHECK(is_fringe(5, 5, 9, 0, false));
+    around_r = -9;
+    CHECK(!is_fringe(5, 5, 9, 0, false));
+    is_alone = true;
+    CHECK(is_fringe(5, 5, 9, 0, false));
+    is_alone = false;
+    around_r = 5;
 }
 
 /* ---- what may be a highlight ----------------------------------------------------- */
@@ -418,6 +432,7 @@ int main(int argc, char **argv)
 {
     testing_begin(argc, argv);
     TEST(a_third_dark_pixels_make_a_fringe);
+    TEST(fringes_far_before_the_focus_stay_whole);
     TEST(parts_that_shine_are_noted);
     TEST(a_textured_surface_keeps_its_pixels);
     TEST(what_a_wire_fills_is_the_wire);
