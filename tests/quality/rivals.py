@@ -17,8 +17,8 @@ the command takes after the render, against references/ of
     finish +1 +8  passes of 64 samples that are there anyway, N of the own lens on top;
                   +ss 8: views of twice the size
 
-Scenes held out, on which nothing is tuned: bar, street, grass and night. Fur, snow, cards
-and branches are thin things at all depths.
+Scenes held out, on which nothing is tuned: bar, street and night. Fur, snow, cards,
+branches and grass are thin things at all depths.
 RACKFOCUS_OIDN names the folder of Open Image Denoise.
 """
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Scenes under the sky, held out: grass, a street at night, twigs (cycles_scenes.py)."""
+"""Scenes under the sky: grass, a street at night, twigs (cycles_scenes.py)."""
 
 import math
 import random
