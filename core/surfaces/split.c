@@ -14,7 +14,7 @@
  * the same. So a shaded wire leaves next to no lines on an even thing in focus behind it
  * (worth up to 5 dB there; tests/quality -0.01 to 0.04). Where A is 0 or 1 the pixel
  * stays as it is, with the depth that it has (worth 0.2 to 1.0 dB on four of six scenes,
- * 0.6 and 1.2 with eight views), unless mean distances know better of several views. But
+ * 0.6 and 1.2 with eight views), unless mean distances know better. But
  * a lone view gives a thin thing back the pixels that
  * it fills and the depth sample missed: they would stay sharp, a dotted line in the place
  * of a wire (worth 0.1 to 0.4 dB on wires, hair and meshes). And where the surface that
@@ -50,8 +50,12 @@
 #include "input/image.h"
 #include "kernels/data.h"
 #include "kernels/kernels.h"
+#include "surfaces/split_around.h"
 #include "surfaces/split_fringe.h"
+#include "surfaces/split_means.h"
 #include "surfaces/split_pixels.h"
+#include "surfaces/split_sides.h"
+#include "surfaces/splitter.h"
 #include "surfaces/surfaces.h"
 #include "rackfocus/rackfocus.h"
 
@@ -64,7 +68,6 @@
 static const float EDGE_GAP_PX = 0.6f;
 /* Of the range of radii, off a plane. 0; macro -0.52, ortho -0.13, posts +0.11. */
 static const float PLANE_TOLERANCE = 0.3f;
-static const float SAME_PX = 1;   /* radii of one of several surfaces on a side. 0; 0 */
 static const float ALIKE = 0.02f; /* colours closer stay whole. 0; posts +0.04 */
 /* Colours of a thin thing, of what sets it off. 0; 0: few of these scenes have any. */
 static const float THIN_ALIKE = 0.3f;
@@ -77,21 +80,17 @@ static const float WHITE = 1;
  * of even stripes flickers 2 % more at 0.2, 12 % at 0.08. */
 static const float UNSURE = 0.3f;
 
-static const float APART = 0.01f; /* distances whose mean tells shares, of the nearer */
-static const float STRANGE = 0.1f; /* a share below 0 by this: a third surface */
-static const float EVEN = 0.02f;   /* smaller measured shares are slants of a surface */
+static const float EVEN = 0.02f; /* smaller measured shares are slants of a surface */
 /* What is brighter within 5 x 5 px is left to colours: else 4 views of portrait have the
  * ghost of a lamp, -1.3 dB. */
 static const float LAMP = 2;
-/* A share so near 0 or 1. 0; grass -0.03, fur -0.03. */
-static const float WHOLE = 0.05f;
 /* Of several views, what stays whole: all that lies before the focus by this radius, and
  * parts of which the difference is this part of the smaller radius. foliage -0.05, grass
  * -0.01; grass -0.02, snow -0.07. */
 static const float BLURRED_PX = 8, BLURRED = 0.6f;
 static const float EMPTY = 0.02f; /* alpha behind an edge, of that before it */
 
-enum { WINDOW = 2 };
+enum { WINDOW = RF_SPLIT_WINDOW };
 
 /*
  * What one thread works with. Rows: extremes of the luminance (5 x 5) and the radius
@@ -108,154 +107,6 @@ struct scratch {
 
 enum { N_ROWS = 8 }; /* of floats, for all that: two for the columns */
 
-/* ---- edges --------------------------------------------------------------------- */
-
-struct edge {
-    float threshold; /* near: r <= threshold */
-    float gap, lowest, highest;
-};
-
-enum { AROUND = RF_SIDES_AROUND, N_AROUND = AROUND * AROUND };
-
-_Static_assert((int)N_AROUND == (int)RF_SPLIT_STEPS, "a step to each pixel around");
-
-/* Pixels around (x, y), a bit for each as in struct rf_sides, that lie in the picture.
- */
-static uint32_t bits_inside(const struct rf_pixels *p, int x, int y)
-{
-    struct rf_split_window w = rf_split_window_at(p, x, y, WINDOW);
-    uint32_t row = (2u << (w.x1 - x + WINDOW)) - (1u << (w.x0 - x + WINDOW)), bits = 0;
-    for (int j = w.y0; j <= w.y1; j++)
-        bits |= row << AROUND * (j - y + WINDOW);
-    return bits;
-}
-
-/* The pixels around one, by their bits. */
-struct around {
-    const struct rf_surface *middle;
-    const int32_t *steps; /* from it to each */
-};
-
-/* For each bit f(squared distance from the middle). */
-#define OF_DISTANCES(f)                                                                \
-    {                                                                                  \
-        f(8), f(5), f(4), f(5), f(8), f(5), f(2), f(1), f(2), f(5), f(4), f(1), f(0),  \
-            f(1), f(4), f(5), f(2), f(1), f(2), f(5), f(8), f(5), f(4), f(5), f(8)     \
-    }
-
-/* Mean of the pixels of a set that is not empty. */
-static struct rf_surface mean_of(const struct around *around, uint32_t bits)
-{
-#define WEIGHT(d2) 1 / (0.5f + (d2))
-    static const float WEIGHTS[N_AROUND] = OF_DISTANCES(WEIGHT);
-#undef WEIGHT
-    rf_quad c = {0};
-    float r = 0, weight = 0;
-    for (; bits; bits &= bits - 1) {
-        int bit = __builtin_ctz(bits);
-        const struct rf_surface *q = around->middle + around->steps[bit];
-        float k = WEIGHTS[bit];
-        c += k * *(const rf_quad *)q->c;
-        r += k * q->r;
-        weight += k;
-    }
-    struct rf_surface mean = {.r = r / weight};
-    c /= weight;
-    memcpy(mean.c, &c, sizeof mean.c);
-    return mean;
-}
-
-/* A side without interior is thin: its pixel that differs most from the other side. */
-static void take_most_unlike(const struct around *around, uint32_t bits,
-                             const struct rf_surface *other, struct rf_surface *out)
-{
-#define LESS(d2) 1 + 0.3f * (d2)
-    static const float LESSER[N_AROUND] = OF_DISTANCES(LESS);
-#undef LESS
-    const rf_truths magnitude = {INT32_MAX, INT32_MAX, INT32_MAX, INT32_MAX};
-    const rf_quad c = *(const rf_quad *)other->c;
-    const struct rf_surface *found = NULL;
-    float best = -1;
-    for (; bits; bits &= bits - 1) {
-        int bit = __builtin_ctz(bits);
-        const struct rf_surface *q = around->middle + around->steps[bit];
-        rf_quad e = (rf_quad)((rf_truths)(*(const rf_quad *)q->c - c) & magnitude);
-        float d = (e[0] + e[1] + e[2] + e[3]) / LESSER[bit];
-        found = d > best ? q : found;
-        best = d > best ? d : best;
-    }
-    if (found)
-        memcpy(out->c, found->c, sizeof out->c);
-}
-
-/* The pixels of a set that show the surface of the middle one; all where none does. */
-static uint32_t keep_alike(const struct around *around, uint32_t bits)
-{
-    uint32_t alike = 0;
-    for (uint32_t left = bits; left; left &= left - 1) {
-        int bit = __builtin_ctz(left);
-        float r = (around->middle + around->steps[bit])->r;
-        if (fabsf(r - around->middle->r) < SAME_PX)
-            alike |= 1u << bit;
-    }
-    return alike ? alike : bits;
-}
-
-/* Are two pixels of a set, next to the middle, 135 or 180 degrees apart? */
-static bool is_between(uint32_t bits)
-{
-    enum { NW = 1 << 6, N = 1 << 7, NE = 1 << 8, W = 1 << 11 };
-    enum { E = 1 << 13, SW = 1 << 16, S = 1 << 17, SE = 1 << 18 };
-    return (bits & N && bits & (SW | S | SE)) || (bits & S && bits & (NW | NE)) ||
-           (bits & W && bits & (NE | E | SE)) || (bits & E && bits & (NW | SW)) ||
-           (bits & NW && bits & SE) || (bits & NE && bits & SW);
-}
-
-/* What meets in a pixel. */
-struct meeting {
-    struct rf_surface f, b; /* the near and the far surface */
-    uint32_t near, far;     /* pixels that show them, mixed ones too */
-    uint32_t own, other; /* pixels within the one that the depth says, and the other */
-    bool is_near;        /* it is the near one */
-    bool is_within;      /* a thin thing lies to both sides, without an interior */
-};
-
-/* Finds the two surfaces that meet in the pixel; false: only one. */
-static bool find_sides(const struct scratch *s, const struct rf_pixels *p, int x, int y,
-                       const struct edge *e, struct meeting *m)
-{
-    const struct around around = {rf_split_pixel(p, x, y), s->steps};
-    const float *rows[AROUND + 2];
-    struct rf_sides sides;
-    rf_plane_rows(p, p->radius, y, WINDOW + 1, rows);
-    s->kernels->find_sides(rows, x, e->threshold, e->lowest - e->gap,
-                           e->highest + e->gap, &sides);
-    uint32_t inside = bits_inside(p, x, y);
-    uint32_t near = ~sides.far & inside, far = sides.far & inside;
-    uint32_t near_usual = near & sides.usual, far_usual = far & sides.usual;
-    if (!near_usual || !far_usual)
-        return false;
-    uint32_t near_inner = near_usual & sides.interior;
-    uint32_t far_inner = far_usual & sides.interior;
-    m->is_near = around.middle->r <= e->threshold;
-    if (m->is_near && !s->is_alone)
-        near_inner = keep_alike(&around, near_inner);
-    else if (!s->is_alone)
-        far_inner = keep_alike(&around, far_inner);
-    m->near = near_usual;
-    m->far = far_usual;
-    m->f = mean_of(&around, near_inner ? near_inner : near_usual);
-    m->b = mean_of(&around, far_inner ? far_inner : far_usual);
-    m->own = m->is_near ? near_inner : far_inner;
-    m->other = m->is_near ? far_inner : near_inner;
-    m->is_within = !near_inner && is_between(near);
-    if (!near_inner)
-        take_most_unlike(&around, near, &m->b, &m->f);
-    else if (!far_inner)
-        take_most_unlike(&around, far, &m->f, &m->b);
-    return true;
-}
-
 /* Is the pixel of a thin thing's colour, as its position lets one tell? */
 static bool is_thin_thing(const struct rf_surface *c, const struct rf_surface *f,
                           const struct rf_split_position *p)
@@ -271,7 +122,7 @@ static bool is_thin_thing(const struct rf_surface *c, const struct rf_surface *f
 /* Do pixels within the surface that the depth says look as if the other one had a share
  * of them? */
 static bool is_textured(const struct scratch *s, const struct rf_surface *c,
-                        const struct meeting *m, const struct rf_split_position *p)
+                        const struct rf_meeting *m, const struct rf_split_position *p)
 {
     float most = 0;
     const struct rf_surface *own = m->is_near ? &m->f : &m->b;
@@ -311,8 +162,8 @@ static float variance_from(const struct scratch *s, const struct rf_surface *c,
 
 /* What the near part, which covers a, and the far one take. */
 static struct taken taken_by(const struct scratch *s, const struct rf_surface *c,
-                             const struct meeting *m, const struct rf_split_position *p,
-                             float a)
+                             const struct rf_meeting *m,
+                             const struct rf_split_position *p, float a)
 {
     float near = a * (variance_from(s, c, m->near, &m->f, p) + UNSURE * UNSURE);
     float far = (1 - a) * (variance_from(s, c, m->far, &m->b, p) + UNSURE * UNSURE);
@@ -358,7 +209,7 @@ static bool is_lit(const struct rf_surface *b, const struct rf_surface *f)
  * to the far side, unless the film is lit.
  */
 static void split_by_alpha(const struct rf_surface *c, const struct rf_surface *f,
-                           const struct edge *e, const struct rf_surface *b,
+                           const struct rf_split_edge *e, const struct rf_surface *b,
                            struct rf_surface *near, struct rf_surface *far,
                            float *share)
 {
@@ -377,53 +228,9 @@ static void split_by_alpha(const struct rf_surface *c, const struct rf_surface *
     *share = a;
 }
 
-/* ---- shares by mean distances ---------------------------------------------------- */
-
-/* Planar distance of what has a radius; NAN: the radius is clipped and does not tell. */
-static float distance_at(const struct rf_frame *f, float r)
-{
-    const struct rf_lens *lens = &f->lens;
-    float from_bias = r - (float)(lens->bias_px + f->radius_shift);
-    if (fabsf(r) >= (float)lens->max_radius_px)
-        return NAN;
-    if (lens->projection != RF_PROJECTION_PERSPECTIVE)
-        return from_bias / (float)lens->scale;
-    float z = (float)lens->scale / from_bias;
-    return z >= 0 ? z : INFINITY; /* rounded */
-}
-
-/* The mean distance at a pixel; NAN: not known. */
-static float mean_depth_at(const struct rf_splitter *s, int x, int y)
-{
-    x -= s->x0;
-    y -= s->y0;
-    bool is_inside = s->mean_depth && x >= 0 && y >= 0 && x < s->frame->width &&
-                     y < s->frame->height;
-    return is_inside ? *rf_image_at(s->mean_depth, x, y, 0) : NAN;
-}
-
-/*
- * Share of the near surface by the mean distance of the pixel's samples: of a near and
- * a far one at z_f and z_b it is A z_f + (1 - A) z_b, before nothing A z_f. NAN: not
- * known, or another surface is there too.
- */
-static float measured_share(const struct rf_splitter *s, const struct meeting *m,
-                            float own_radius, int x, int y)
-{
-    float mean = mean_depth_at(s, x, y);
-    if (!(mean >= 0))
-        return NAN;
-    float f = distance_at(s->frame, m->is_near ? own_radius : m->f.r);
-    float b = distance_at(s->frame, m->is_near ? m->b.r : own_radius);
-    if (!(f > 0 && fabsf(b - f) > APART * f))
-        return NAN;
-    float share = mean < f ? mean / f : b > f ? 1 - (mean - f) / (b - f) : NAN;
-    return share > -STRANGE ? rf_clamp01(share) : NAN;
-}
-
 /* Least and most of each channel of the pixels of a set; of none, nothing is between. */
-static void find_range(const struct around *around, uint32_t bits, float least[4],
-                       float most[4])
+static void find_range(const struct rf_split_around *around, uint32_t bits,
+                       float least[4], float most[4])
 {
     for (int n = 0; n < 4; n++) {
         least[n] = INFINITY;
@@ -439,9 +246,10 @@ static void find_range(const struct around *around, uint32_t bits, float least[4
 }
 
 /* Can the middle pixel be such a mixture of colours that both sides show around it? */
-static bool is_mixture(const struct around *around, const struct meeting *m, float a)
+static bool is_mixture(const struct rf_split_around *around, const struct rf_meeting *m,
+                       float a)
 {
-    const uint32_t others = ~(1u << N_AROUND / 2);
+    const uint32_t others = ~(uint32_t)RF_SPLIT_MIDDLE;
     float near[2][4], far[2][4];
     find_range(around, m->near & others, near[0], near[1]);
     find_range(around, m->far & others, far[0], far[1]);
@@ -453,26 +261,6 @@ static bool is_mixture(const struct around *around, const struct meeting *m, flo
         is_within &= c > least - room && c < most + room;
     }
     return is_within;
-}
-
-/* Do mean distances tell of half of the pixels within both surfaces, which are whole, that
- * they are? In fog they do not. */
-static bool are_told_whole(const struct scratch *s, const struct meeting *m,
-                           const struct rf_surface *c, int x, int y)
-{
-    int n = 0, n_whole = 0;
-    for (uint32_t bits = m->own | m->other; bits; bits &= bits - 1) {
-        int bit = __builtin_ctz(bits);
-        struct meeting here = *m;
-        if (m->other >> bit & 1)
-            here.is_near = !m->is_near;
-        float share =
-            measured_share(s->splitter, &here, (c + s->steps[bit])->r,
-                           x + bit % AROUND - WINDOW, y + bit / AROUND - WINDOW);
-        n_whole += fabsf(share - (here.is_near ? 1 : 0)) < WHOLE;
-        n++;
-    }
-    return n_whole > 0 && 2 * n_whole >= n;
 }
 
 /*
@@ -491,11 +279,12 @@ static bool is_blurred_alike(const struct scratch *s, const struct rf_surface *f
 }
 
 static bool split_edge(const struct scratch *s, const struct rf_pixels *p, int x, int y,
-                       const struct edge *e, struct rf_surface *near,
+                       const struct rf_split_edge *e, struct rf_surface *near,
                        struct rf_surface *far, float *share)
 {
-    struct meeting m;
-    if (!find_sides(s, p, x, y, e, &m))
+    struct rf_meeting m;
+    const bool has_lamp = s->brightest[x] > LAMP;
+    if (!rf_split_find_sides(s->splitter, x, y, e, has_lamp, &m))
         return false;
     const struct rf_surface *c = rf_split_pixel(p, x, y), *f = &m.f, *b = &m.b;
     if (b->c[3] < EMPTY * f->c[3]) {
@@ -516,12 +305,13 @@ static bool split_edge(const struct scratch *s, const struct rf_pixels *p, int x
         return true;
     }
     const bool is_whole = a <= 0 || a >= 1; /* as colours say */
-    if (is_whole && (s->is_alone || s->brightest[x] > LAMP))
+    if (is_whole && has_lamp)
         return false;
-    float measured = measured_share(s->splitter, &m, c->r, x, y);
+    const struct rf_split_around around = {c, s->steps};
+    float measured = rf_split_measured_share(s->splitter, &around, &m, x, y);
     if (is_whole && (!(measured > EVEN && measured < 1 - EVEN) ||
-                     !is_mixture(&(struct around){c, s->steps}, &m, measured) ||
-                     !are_told_whole(s, &m, c, x, y)))
+                     !is_mixture(&around, &m, measured) ||
+                     !rf_split_are_told_whole(s->splitter, &around, &m, x, y)))
         return false;
     if (measured >= 0 ? measured <= EVEN || measured >= 1 - EVEN
                       : s->is_alone && is_textured(s, c, &m, &at))
@@ -572,8 +362,8 @@ static bool split_pixel(const struct rf_pixels *pixels, int x, int y,
         rf_may_be_fringe(pixels, x, y, s->brightest[x]) &&
         rf_split_fringe(pixels, x, y, near, far, share))
         return true;
-    const struct edge edge = {s->threshold[x], s->gap[x], s->nearest[x],
-                              s->farthest[x]};
+    const struct rf_split_edge edge = {s->threshold[x], s->gap[x], s->nearest[x],
+                                       s->farthest[x]};
     return candidate & MAY_BE_EDGE &&
            split_edge(s, pixels, x, y, &edge, near, far, share);
 }
@@ -678,8 +468,9 @@ rf_result rf_split_begin(struct rf_splitter *s, struct rf_error *error)
     const struct rf_context *context = s->frame->context;
     size_t n_threads = (size_t)context->n_threads, n_rows = (size_t)s->pixels->height;
     size_t n = s->pixels->stride * N_ROWS * n_threads;
-    for (int i = 0; i < N_AROUND; i++)
-        s->steps[i] = (i / AROUND - WINDOW) * s->pixels->width + i % AROUND - WINDOW;
+    for (int i = 0; i < RF_SPLIT_STEPS; i++)
+        s->steps[i] = (i / RF_SIDES_AROUND - WINDOW) * s->pixels->width +
+                      i % RF_SIDES_AROUND - WINDOW;
     s->arena = rf_arena_make(context, s->pixels->width, s->pixels->height);
     s->rows = rf_alloc(context, n, sizeof *s->rows);
     s->splits = rf_calloc(context, n_rows, sizeof *s->splits);

@@ -347,8 +347,8 @@ static void so_they_do_without_perspective(void)
     f_stop = 0.1;
 }
 
-/* Of one of several views, where the far side has two colours, of one of which the pixel
- * has 0.7; but not in fog, where all means are too near. */
+/* Where the far side has two colours, of one of which the pixel has 0.7; but not in fog,
+ * where all means are too near. */
 static void so_they_do_where_colours_say_whole(void)
 {
     const float mean = 0.3f * 2 + 0.7f * 8;
@@ -356,7 +356,7 @@ static void so_they_do_where_colours_say_whole(void)
     for (int i = 0; i < 2; i++) {
         edge_colour = 0.3f * 0.4f + 0.7f * (i ? 0.2f : 0.8f);
         is_alone = true;
-        CHECK(measured_share(2, 8, 8, mean) == 1);
+        CHECK_NEAR(measured_share(2, 8, 8, mean), 0.3f, 1e-4);
         is_alone = false;
         CHECK_NEAR(measured_share(2, 8, 8, mean), 0.3f, 1e-4);
         CHECK_NEAR(measured_share(2, 8, 2, mean), 0.3f, 1e-4);
@@ -372,6 +372,100 @@ static void so_they_do_where_colours_say_whole(void)
     CHECK(measured_share(2, 8, 8, mean) == 1);
     edge_colour = 0.5f;
     lower_colour = 0.8f;
+}
+
+enum { OF_SHARES = -1 }; /* a mean */
+
+/*
+ * A dark thing at distance 2 covers 0.3 of the pixels of its edge; behind it are twigs as
+ * dark at 8 and a bright sky, which hits nothing. Colours cannot tell thing and twigs apart.
+ */
+struct twigs {
+    float twig;            /* of the pixel in the middle of the edge */
+    float beside;          /* of the purest pixel of the sky */
+    bool is_pure_below;    /* at the edge, below the middle, the sky alone is seen */
+    float light;           /* times which all colours are taken */
+    float mean;            /* of the middle; OF_SHARES: that of its shares */
+    struct rf_surface far; /* what becomes of its far part */
+};
+
+static float share_before_twigs(struct twigs *t)
+{
+    enum { WIDTH = 16, EDGE = 8, MIDDLE = MOST_H / 2 };
+    static float z[N];
+    struct rf_params params;
+    struct rf_lens lens;
+    rf_params_init(&params);
+    params.f_stop = f_stop;
+    CHECK(rf_lens_init(&lens, &params, WIDTH, MOST_H, NULL) == RF_OK);
+    const float near_r = (float)rf_lens_radius_px(&lens, 2);
+    const float twig_r = (float)rf_lens_radius_px(&lens, 8);
+    const float sky_r = (float)rf_lens_radius_px(&lens, INFINITY);
+    for (int i = 0; i < WIDTH * MOST_H; i++) {
+        int x = i % WIDTH, y = i / WIDTH;
+        bool is_pure = t->is_pure_below && x == EDGE && y == MIDDLE + 1;
+        float near_part = x < EDGE ? 1 : x == EDGE && !is_pure ? 0.3f : 0;
+        float twig = near_part == 1 || is_pure ? 0
+                     : y < MIDDLE              ? 1 - near_part
+                     : y == MIDDLE             ? t->twig
+                     : x == EDGE               ? 0.4f
+                     : x == EDGE + 1           ? t->beside
+                                               : t->beside + 0.1f;
+        float sky = 1 - near_part - twig;
+        put(WIDTH, x, y, t->light * (0.1f * (near_part + twig) + 1.3f * sky),
+            near_part == 1 ? near_r
+            : y < MIDDLE   ? twig_r
+                           : sky_r);
+        z[i] = near_part * 2 + twig * 8;
+    }
+    if (t->mean != OF_SHARES)
+        z[MIDDLE * WIDTH + EDGE] = t->mean;
+    means = z;
+    split(WIDTH, MOST_H, INFINITY);
+    means = NULL;
+    t->far = far[MIDDLE * WIDTH + EDGE];
+    return share[MIDDLE * WIDTH + EDGE];
+}
+
+static void so_they_do_where_a_twig_is_before_the_sky(void)
+{
+    for (int i = 0; i < 2; i++) {
+        is_alone = i > 0;
+        for (int k = 1; k < 4; k++) {
+            struct twigs t = {.twig = 0.15f * (float)k, .light = 1, .mean = OF_SHARES};
+            float twig = t.twig / 0.7f, seen = 0.1f * twig + 1.3f * (1 - twig);
+            CHECK_NEAR(share_before_twigs(&t), 0.3f, 1e-3);
+            CHECK_NEAR(t.far.c[1], seen, 0.01f);
+            t.beside = 0.2f; /* no pixel shows the sky alone */
+            CHECK_NEAR(share_before_twigs(&t), 0.3f, 1e-3);
+            CHECK_NEAR(t.far.c[1], seen, 0.01f);
+        }
+    }
+    is_alone = false;
+}
+
+/* The sky's colour is taken from no pixel of which a twig has more than a quarter, and a
+ * mean that no three such shares have is left to the colours. */
+static void what_no_three_shares_have_is_left_to_colours(void)
+{
+    struct twigs t = {.twig = 0.3f, .beside = 0.3f, .light = 1, .mean = OF_SHARES};
+    CHECK(fabsf(share_before_twigs(&t) - 0.3f) > 0.05f);
+    struct twigs beyond = {.twig = 0.2f, .light = 1, .mean = 9};
+    struct twigs unknown = {.twig = 0.2f, .light = 1, .mean = NAN};
+    const float by_colour = share_before_twigs(&unknown);
+    CHECK(share_before_twigs(&beyond) == by_colour);
+}
+
+/* Between twigs a pixel that shows the sky alone counts, but no fringe of a lamp does. */
+static void what_shows_the_sky_alone_counts(void)
+{
+    struct twigs t = {.twig = 0.2f, .beside = 0.2f, .light = 1, .mean = NAN};
+    const float by_colour = share_before_twigs(&t);
+    t.is_pure_below = true;
+    const float with_pure = share_before_twigs(&t);
+    CHECK(with_pure > by_colour + 0.02f);
+    t.light = 5;
+    CHECK(share_before_twigs(&t) < with_pure - 0.02f);
 }
 
 /* A dark bush before a bright sky, and before the bush a wall's edge: a pixel whose depth
@@ -441,6 +535,9 @@ int main(int argc, char **argv)
     TEST(mean_distances_tell_shares);
     TEST(so_they_do_without_perspective);
     TEST(so_they_do_where_colours_say_whole);
+    TEST(so_they_do_where_a_twig_is_before_the_sky);
+    TEST(what_no_three_shares_have_is_left_to_colours);
+    TEST(what_shows_the_sky_alone_counts);
     TEST(of_two_surfaces_behind_the_pixels_own_counts);
     TEST(blurred_parts_stay_whole);
     return testing_end();
