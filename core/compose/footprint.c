@@ -604,11 +604,8 @@ static struct rf_footprint *build_listed(const struct rf_footprints *f,
     double r = rf_radius_of_index(l->index);
     if (rf_look_is_folded(&f->zones.look, f->shape, l->q, r))
         return build_traced(f, l, lines);
-    rf_zone_make(&zone, &shape, f->shape, &f->zones.look, l->q, r);
-    if (f->bokeh)
-        rf_zone_weigh(&zone, f->bokeh, f->bokeh_plane);
-    double open =
-        rf_zone_open(&f->zones.look, f->shape, l->q, r, f->bokeh, f->bokeh_plane);
+    double open = rf_zone_make_lit(&zone, &shape, f->shape, &f->zones.look, l->q, r,
+                                   f->bokeh, f->bokeh_plane);
     if (open > 0)
         zone.cells.share[0] = open;
     struct request q = {&zone, r, 0, RF_POSITIVE, l->phase};

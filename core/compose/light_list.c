@@ -15,8 +15,10 @@
 
 #include "base/context.h"
 #include "base/error.h"
+#include "base/parallel.h"
 #include "base/pool.h"
 #include "compose/footprint.h"
+#include "compose/lens_light.h"
 #include "compose/scene.h"
 #include "input/frame.h"
 #include "lens/look.h"
@@ -69,25 +71,105 @@ static struct key key_of(const struct rf_scene *scene,
                         .light = light};
 }
 
+/*
+ * What a listed footprint keeps of the light of the lens at its place q and near it:
+ * rf_look_open_near() and what is lacking there, which is as good as linear.
+ */
+struct kept {
+    double near, light; /* by area, by light */
+    double lack, slope[2];
+};
+
+struct sharing {
+    struct rf_light_list *list;
+    const struct rf_scene *scene;
+    const struct rf_footprint_use *use;
+    struct rf_lens_light light;
+    struct kept *kept; /* per listed */
+};
+
+/* What rf_look_open_near() lacks at q. */
+static double lack_of(const struct sharing *s, const double q[2], double r)
+{
+    struct rf_look rough = s->use->look;
+    rough.is_rough = true;
+    return rf_look_open(&rough, s->use->shape, q, r) -
+           rf_look_open_near(&rough, s->use->shape, q, r);
+}
+
+static void find_kept(void *data, int64_t begin, int64_t end, int thread)
+{
+    static const double STEP = 0.5 / PER_UNIT;
+    const struct sharing *s = data;
+    const struct rf_look *look = &s->use->look;
+    (void)thread;
+    for (int64_t i = begin; i < end; i++) {
+        const struct rf_listed *l = &s->list->at[i];
+        struct kept *kept = &s->kept[i];
+        double r = rf_radius_of_index(l->index);
+        *kept = (struct kept){.light = rf_lens_light_open(&s->light, l->q, r)};
+        kept->near = s->use->bokeh ? rf_look_open_near(look, s->use->shape, l->q, r)
+                                   : kept->light;
+        if (rf_look_is_scaled(look) || rf_look_is_folded(look, s->use->shape, l->q, r))
+            continue;
+        kept->lack = lack_of(s, l->q, r);
+        for (int k = 0; k < 2; k++) {
+            double beside[2] = {l->q[0], l->q[1]};
+            beside[k] += STEP;
+            kept->slope[k] = (lack_of(s, beside, r) - kept->lack) / STEP;
+        }
+    }
+}
+
+/* What the sample at q keeps, in parts of what its listed footprint does. */
+static double share_of(const struct sharing *s, size_t slot, const double q[2])
+{
+    const struct rf_listed *l = &s->list->at[slot];
+    const struct kept *kept = &s->kept[slot];
+    double r = rf_radius_of_index(l->index);
+    double near = rf_look_open_near(&s->use->look, s->use->shape, q, r);
+    double own = near + kept->lack, share = 1;
+    for (int k = 0; k < 2; k++)
+        own += kept->slope[k] * (q[k] - l->q[k]);
+    if (kept->near + kept->lack > 0)
+        share = own / (kept->near + kept->lack);
+    if (s->use->bokeh && near > 0 && kept->light > 0)
+        share *=
+            rf_lens_light_open(&s->light, q, r) / kept->light * (kept->near / near);
+    return fmax(share, 0);
+}
+
+static void share_out(void *data, int64_t begin, int64_t end, int thread)
+{
+    const struct sharing *s = data;
+    (void)thread;
+    for (int64_t i = begin; i < end; i++) {
+        double q[2];
+        place_of(s->scene, s->use, &s->scene->highlights.at[i], q);
+        s->list->share[i] = (float)share_of(s, s->list->slot[i], q);
+    }
+}
+
 /* What each highlight keeps at its own place, in parts of what it does at the rounded
  * one: up to 7e-3 apart. */
 static rf_result find_shares(struct rf_light_list *list, const struct rf_scene *scene,
                              const struct rf_footprint_use *use, struct rf_error *error)
 {
+    const struct rf_context *context = scene->frame->context;
     size_t n = scene->highlights.n;
-    if (use->bokeh || !rf_look_is_open_quick(&use->look, use->shape))
+    struct sharing s = {.list = list, .scene = scene, .use = use};
+    if (!rf_look_is_dark(&use->look))
         return RF_OK;
-    list->share = rf_alloc(scene->frame->context, n, sizeof *list->share);
-    if (!list->share)
-        return rf_fail_memory(error, n, sizeof *list->share);
-    for (size_t i = 0; i < n; i++) {
-        const struct rf_listed *l = &list->at[list->slot[i]];
-        double q[2], r = rf_radius_of_index(l->index);
-        place_of(scene, use, &scene->highlights.at[i], q);
-        double rounded = rf_look_open(&use->look, use->shape, l->q, r);
-        double own = rf_look_open(&use->look, use->shape, q, r);
-        list->share[i] = rounded > 0 ? (float)(own / rounded) : 1;
+    list->share = rf_alloc(context, n, sizeof *list->share);
+    s.kept = rf_alloc(context, use->n_listed, sizeof *s.kept);
+    if (!list->share || !s.kept) {
+        rf_free(context, s.kept);
+        return rf_fail_memory(error, n, sizeof *s.kept);
     }
+    rf_lens_light_init(&s.light, &use->look, use->shape, use->bokeh, use->bokeh_plane);
+    rf_parallel(context, (int64_t)use->n_listed, RF_EQUAL_PARTS, find_kept, &s);
+    rf_parallel(context, (int64_t)n, RF_EQUAL_PARTS, share_out, &s);
+    rf_free(context, s.kept);
     return RF_OK;
 }
 

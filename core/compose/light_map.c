@@ -18,8 +18,7 @@
 #include "base/math.h"
 #include "base/parallel.h"
 #include "base/pool.h"
-#include "compose/lens_cells.h"
-#include "compose/zones.h"
+#include "compose/lens_light.h"
 #include "input/bokeh.h"
 #include "input/frame.h"
 #include "input/pixels.h"
@@ -27,85 +26,10 @@
 #include "lens/look.h"
 #include "rackfocus/rackfocus.h"
 
-enum { N_LINES = 256 };
-
 struct making {
     const struct rf_light_map *map;
-    struct rf_look look;
-    const struct rf_shape *shape;
-    const struct rf_bokeh *bokeh; /* NULL: the light is even */
-    int plane;
-    struct rf_interval range, line[N_LINES]; /* of the shape, where it is not */
-    double whole;                            /* its light, where nothing is cut */
+    struct rf_lens_light light;
 };
-
-/* What the second disc leaves of a line at the height v of the whole lens. */
-static void cut_by_eye(const struct rf_look *look, const double q[2], double v,
-                       struct rf_interval *line)
-{
-    double up = v - look->cat_eye * q[1], half = sqrt(fmax(1 - up * up, 0));
-    if (look->cat_eye > 0) {
-        line->from = fmax(line->from, (look->cat_eye * q[0] - half) / look->ratio);
-        line->to = fmin(line->to, (look->cat_eye * q[0] + half) / look->ratio);
-    }
-}
-
-/* What the doors leave of a piece of the whole lens. */
-static void cut_by_doors(const struct rf_look *look, const double q[2],
-                         struct rf_piece *piece)
-{
-    for (int i = 0; i < RF_N_DOORS; i++) {
-        int axis = i >= RF_DOOR_TOP;
-        double size = axis ? 1 : look->ratio, at = look->door[i] * q[axis];
-        if (look->door[i] > 0 && (i == RF_DOOR_RIGHT || i == RF_DOOR_TOP))
-            piece->from[axis] = fmax(piece->from[axis], (at - 1) / size);
-        else if (look->door[i] > 0)
-            piece->to[axis] = fmin(piece->to[axis], (at + 1) / size);
-    }
-}
-
-/*
- * The light that comes through to q: exact but for slanted edges, of which a line ends
- * in the middle. Within 5e-5 of the light of the lens.
- */
-static double light_at(const struct making *m, const struct rf_look *look,
-                       const double q[2])
-{
-    const double *origin = m->shape->origin;
-    const struct rf_zone zone = {.shape = m->shape};
-    double half = (m->range.to - m->range.from) / N_LINES / 2, sum = 0;
-    for (int i = 0; i < N_LINES; i++) {
-        double v = rf_line_at(m->range, i, N_LINES) + origin[1];
-        struct rf_interval line = {m->line[i].from + origin[0],
-                                   m->line[i].to + origin[0]};
-        cut_by_eye(look, q, v, &line);
-        struct rf_piece piece = {{line.from, v - half}, {line.to, v + half}};
-        cut_by_doors(look, q, &piece);
-        for (int k = 0; k < 2; k++) {
-            piece.from[k] -= origin[k];
-            piece.to[k] -= origin[k];
-        }
-        if (piece.to[0] > piece.from[0] && piece.to[1] > piece.from[1])
-            sum += rf_zone_light(&zone, m->bokeh, m->plane, &piece);
-    }
-    return sum;
-}
-
-static void measure_whole(struct making *m)
-{
-    const struct rf_look nothing = {.ratio = m->look.ratio};
-    const double middle[2] = {0};
-    m->range = rf_shape_v_range(m->shape);
-    rf_shape_lines(m->shape, m->range, N_LINES, m->line);
-    m->whole = light_at(m, &nothing, middle);
-}
-
-static double share_at(const struct making *m, const double q[2])
-{
-    if (!m->bokeh)
-        return rf_look_light(&m->look, m->shape, q);
-    return m->whole > 0 ? fmin(light_at(m, &m->look, q) / m->whole, 1) : 0;
-}
 
 static void make_rows(void *data, int64_t begin, int64_t end, int thread)
 {
@@ -115,9 +39,9 @@ static void make_rows(void *data, int64_t begin, int64_t end, int thread)
     for (int i = (int)begin; i < (int)end; i++)
         for (int k = 0; k < map->n_x; k++) {
             double q[2];
-            rf_look_place(&m->look, (map->x + k) * RF_LIGHT_STEP,
+            rf_look_place(&m->light.look, (map->x + k) * RF_LIGHT_STEP,
                           (map->y + i) * RF_LIGHT_STEP, q);
-            map->at[i * map->n_x + k] = (float)share_at(m, q);
+            map->at[i * map->n_x + k] = (float)rf_lens_light_open(&m->light, q, 0);
         }
 }
 
@@ -134,13 +58,9 @@ rf_result rf_light_map_make(struct rf_light_map *map, const struct rf_frame *fra
     map->at = rf_alloc(frame->context, n, sizeof *map->at);
     if (!map->at)
         return rf_fail_memory(error, n, sizeof *map->at);
-    struct making m = {.map = map,
-                       .look = rf_frame_look(frame),
-                       .shape = shape,
-                       .bokeh = rf_frame_bokeh(frame),
-                       .plane = plane};
-    if (m.bokeh)
-        measure_whole(&m);
+    const struct rf_look look = rf_frame_look(frame);
+    struct making m = {.map = map};
+    rf_lens_light_init(&m.light, &look, shape, rf_frame_bokeh(frame), plane);
     rf_parallel(frame->context, map->n_y, RF_EQUAL_PARTS, make_rows, &m);
     return RF_OK;
 }

@@ -110,10 +110,14 @@ double rf_zone_make(struct rf_zone *zone, struct rf_shape *shape,
                     const struct rf_shape *whole, const struct rf_look *look,
                     const double q[2], double r);
 
-/* The share of the light of `bokeh` (NULL: an even lens) that looks leave a lone sample
- * at q of radius r: rf_look_open() by light. */
-double rf_zone_open(const struct rf_look *look, const struct rf_shape *whole,
-                    const double q[2], double r, const struct rf_bokeh *bokeh,
-                    int plane);
+/*
+ * The same by the light of `bokeh` (NULL: an even lens), as rf_zone_weigh() has it.
+ * Returns the share of a lone sample's light that its looks leave, 0 to 1: of its
+ * footprint, not of the lens; 0 where the shape is as if they took none.
+ */
+double rf_zone_make_lit(struct rf_zone *zone, struct rf_shape *shape,
+                        const struct rf_shape *whole, const struct rf_look *look,
+                        const double q[2], double r, const struct rf_bokeh *bokeh,
+                        int plane);
 
 #endif

@@ -46,6 +46,18 @@
 #include "rackfocus/rackfocus.h"
 
 enum { ROUNDS = 8, EYE_CORNERS = 96 };
+/* Of rough shapes, which are compared with each other. */
+enum { ROUGH_ROUNDS = 4, ROUGH_EYE_CORNERS = 24, ROUGH_DISC_CORNERS = 32 };
+
+/* Less of a lens is nothing. */
+static const double LEAST_SHARE = 1e-4;
+
+/* Regular polygons have the area of their disc when their corners lie that far out. */
+static double corner_of_area(int n_corners)
+{
+    double angle = 2 * RF_PI / n_corners;
+    return sqrt(angle / sin(angle));
+}
 
 struct rf_look rf_look_make(const struct rf_params *p, int width, int height)
 {
@@ -79,6 +91,7 @@ struct rf_look rf_look_bright(const struct rf_look *look)
 {
     struct rf_look bright = *look;
     bright.cat_eye = 0;
+    bright.is_measured = true;
     memset(bright.door, 0, sizeof bright.door);
     return bright;
 }
@@ -154,12 +167,17 @@ static void reach(const struct rf_look *look, const double q[2], double r,
         out[k] = q[k] + at[k] * size;
 }
 
+static int rounds_of(const struct rf_look *look)
+{
+    return look->is_rough ? ROUGH_ROUNDS : ROUNDS;
+}
+
 /* Where the footprint of radius 1 has the lens point u. */
 static void map_point(const struct rf_look *look, const double q[2], double r,
                       const double u[2], double out[2])
 {
     double to[2] = {q[0], q[1]};
-    for (int i = 0; i < ROUNDS && r != 0; i++)
+    for (int i = 0; i < rounds_of(look) && r != 0; i++)
         reach(look, q, r, u, to);
     if (r != 0)
         clip_place((double[2]){to[0], to[1]}, to);
@@ -183,7 +201,7 @@ static void eye_point(const struct rf_look *look, const double q[2], double r,
 {
     bool is_plain = rf_look_is_scaled(look);
     double to[2] = {q[0], q[1]};
-    for (int i = 0; i < (is_plain || r == 0 ? 1 : ROUNDS); i++) {
+    for (int i = 0; i < (is_plain || r == 0 ? 1 : rounds_of(look)); i++) {
         if (i > 0)
             reach(look, q, r, out, to);
         for (int k = 0; k < 2; k++) {
@@ -199,13 +217,14 @@ static void cut_eye(const struct rf_look *look, const double q[2], double r,
                     struct rf_shape *shape)
 {
     static const double LEAST = 0.02; /* the disc is 50 times the aperture */
-    double first[2], from[2], to[2];
+    const int n_corners = look->is_rough ? ROUGH_EYE_CORNERS : EYE_CORNERS;
+    double first[2], from[2], to[2] = {0}, out = corner_of_area(n_corners);
     if (eye_scale(look, r, 0) * eye_scale(look, r, 1) < LEAST * LEAST)
         return;
-    for (int i = 0; i <= EYE_CORNERS && shape->n_corners > 0; i++) {
-        double angle = 2 * RF_PI * i / EYE_CORNERS;
-        const double rim[2] = {cos(angle), sin(angle)};
-        if (i < EYE_CORNERS)
+    for (int i = 0; i <= n_corners && shape->n_corners > 0; i++) {
+        double angle = 2 * RF_PI * i / n_corners;
+        const double rim[2] = {out * cos(angle), out * sin(angle)};
+        if (i < n_corners)
             eye_point(look, q, r, rim, to);
         else
             memcpy(to, first, sizeof to);
@@ -232,11 +251,31 @@ static void cut_doors(const struct rf_look *look, const double q[2], double r,
     }
 }
 
+/* Cuts long edges, which bend where the look moves them. */
+static void cut_edges(const struct rf_look *look, struct rf_shape *shape)
+{
+    const double most = look->is_rough ? 0.3 : 0.1;
+    double corner[RF_MAX_CORNERS][2];
+    int n = shape->n_corners, left = RF_MAX_CORNERS - n, n_cut = 0;
+    memcpy(corner, shape->corner, (size_t)n * sizeof *corner);
+    for (int i = 0; i < n; i++) {
+        const double *a = corner[i], *b = corner[i + 1 < n ? i + 1 : 0];
+        int n_parts = (int)(rf_length(b[0] - a[0], b[1] - a[1]) / most) + 1;
+        n_parts = rf_min_int(n_parts, left + 1);
+        left -= n_parts - 1;
+        for (int part = 0; part < n_parts; part++, n_cut++)
+            for (int k = 0; k < 2; k++)
+                shape->corner[n_cut][k] = a[k] + (b[k] - a[k]) * part / n_parts;
+    }
+    shape->n_corners = n_cut;
+}
+
 static void map_corners(const struct rf_look *look, const double q[2], double r,
                         struct rf_shape *shape)
 {
     if (rf_look_is_scaled(look))
         return;
+    cut_edges(look, shape);
     for (int i = 0; i < shape->n_corners; i++) {
         double u[2] = {shape->corner[i][0], shape->corner[i][1]};
         map_point(look, q, r, u, shape->corner[i]);
@@ -258,18 +297,38 @@ static void recentre(const double origin[2], struct rf_shape *shape, double cent
         centroid[k] -= origin[k];
 }
 
-/* The aperture in points of the whole lens, and what is cut out of it. */
-static double cut_all(const struct rf_look *look, const struct rf_shape *whole,
-                      const double q[2], double r, struct rf_shape *shape)
+/* Leaves ROUGH_DISC_CORNERS of a disc's. */
+static void thin_corners(struct rf_shape *shape)
 {
-    static const double LEAST_SHARE = 1e-4;
-    double middle[2];
+    static const int STEP = RF_DISC_CORNERS / ROUGH_DISC_CORNERS;
+    shape->n_corners = ROUGH_DISC_CORNERS;
+    for (int i = 0; i < shape->n_corners; i++)
+        memcpy(shape->corner[i], shape->corner[STEP * i], sizeof shape->corner[i]);
+}
+
+/* The aperture in points of the whole lens; its area is right where that is asked for. */
+static void set_whole(const struct rf_look *look, const struct rf_shape *whole,
+                      struct rf_shape *shape)
+{
+    double out = 1;
     *shape = *whole;
+    if (whole->is_disc && look->is_rough)
+        thin_corners(shape);
+    if (whole->is_disc && (rf_look_is_dark(look) || look->is_measured))
+        out = corner_of_area(shape->n_corners);
     shape->is_disc = false;
     shape->is_cut = true;
     for (int i = 0; i < shape->n_corners; i++)
         for (int k = 0; k < 2; k++)
-            shape->corner[i][k] += whole->origin[k];
+            shape->corner[i][k] = out * shape->corner[i][k] + whole->origin[k];
+}
+
+/* The same, and what is cut out of it. */
+static double cut_all(const struct rf_look *look, const struct rf_shape *whole,
+                      const double q[2], double r, struct rf_shape *shape)
+{
+    double middle[2];
+    set_whole(look, whole, shape);
     double area = rf_shape_area(shape, middle);
     if (look->cat_eye > 0)
         cut_eye(look, q, r, shape);
@@ -464,13 +523,85 @@ static double lens_share(double d)
     return sum * half * 4 / RF_PI;
 }
 
-double rf_look_light(const struct rf_look *look, const struct rf_shape *whole,
-                     const double q[2])
+/* ---- what is open ----------------------------------------------------------------- */
+
+struct rf_look_opening rf_look_opening_at(const struct rf_look *look, const double q[2],
+                                          double r)
 {
-    struct rf_shape shape;
-    if (whole->is_disc && !has_doors(look))
-        return lens_share(look->cat_eye * rf_length(q[0], q[1]));
-    return cut_all(look, whole, q, 0, &shape);
+    static const double LEAST = 1e-9; /* less is a line, or all of the plane */
+    static const double side[RF_N_DOORS][2] = {{-1, 0}, {1, 0}, {0, 1}, {0, -1}};
+    static const double unit[2][2] = {{1, 0}, {0, 1}};
+    struct rf_look_opening open = {.has_eye = look->cat_eye > 0};
+    double at[2], seen[2], lens[2][2] = {{look->ratio, 0}, {0, 1}}, moved[2][2];
+    clip_place(q, seen);
+    for (int k = 0; k < 2; k++) {
+        stretch(look, seen, unit[k], at);
+        for (int i = 0; i < 2; i++)
+            moved[i][k] = at[i] * r / look->half_px;
+    }
+    for (int i = 0; i < 2; i++) {
+        open.middle[i] = look->cat_eye * q[i];
+        for (int k = 0; k < 2; k++)
+            open.eye[i][k] = lens[i][k] - look->cat_eye * moved[i][k];
+    }
+    open.scale = open.eye[0][0] * open.eye[1][1] - open.eye[0][1] * open.eye[1][0];
+    if (fabs(open.scale) < LEAST) {
+        open.eye[0][0] += sqrt(LEAST);
+        open.eye[1][1] += sqrt(LEAST);
+        open.scale = open.eye[0][0] * open.eye[1][1] - open.eye[0][1] * open.eye[1][0];
+    }
+    for (int i = 0; i < RF_N_DOORS; i++) {
+        double b = look->door[i], *normal = open.normal[open.n_doors];
+        if (b <= 0)
+            continue;
+        for (int k = 0; k < 2; k++)
+            normal[k] = -side[i][0] * (lens[0][k] - b * moved[0][k]) -
+                        side[i][1] * (lens[1][k] - b * moved[1][k]);
+        open.limit[open.n_doors++] = 1 - b * (side[i][0] * q[0] + side[i][1] * q[1]);
+    }
+    return open;
+}
+
+/* Of the triangle of a, b and the middle of a disc of radius 1, the area in the disc;
+ * negative where b is to the right of a. */
+static double triangle_in_disc(const double a[2], const double b[2])
+{
+    double way[2] = {b[0] - a[0], b[1] - a[1]};
+    double cross = a[0] * b[1] - a[1] * b[0];
+    double length2 = way[0] * way[0] + way[1] * way[1];
+    double along = -(a[0] * way[0] + a[1] * way[1]); /* of the foot, times length2 */
+    double rest = length2 - cross * cross;           /* of half the chord, squared */
+    if (length2 == 0)
+        return 0;
+    double half = rest > 0 ? sqrt(rest) : 0;
+    double from = fmax((along - half) / length2, 0),
+           to = fmin((along + half) / length2, 1);
+    if (from == 0 && to == 1)
+        return cross / 2;
+    if (!(from < to)) /* all of it is outside */
+        return atan2(cross, a[0] * b[0] + a[1] * b[1]) / 2;
+    const double in[2] = {a[0] + from * way[0], a[1] + from * way[1]};
+    const double out[2] = {a[0] + to * way[0], a[1] + to * way[1]};
+    return (atan2(a[0] * in[1] - a[1] * in[0], a[0] * in[0] + a[1] * in[1]) +
+            cross * (to - from) +
+            atan2(out[0] * b[1] - out[1] * b[0], out[0] * b[0] + out[1] * b[1])) /
+           2;
+}
+
+/* The area of a polygon that the second disc leaves. */
+static double area_in_eye(const struct rf_look_opening *open,
+                          const struct rf_shape *shape)
+{
+    double at[2][2], area = 0;
+    for (int i = 0; i <= shape->n_corners; i++) {
+        const double *u = shape->corner[i < shape->n_corners ? i : 0];
+        for (int k = 0; k < 2; k++)
+            at[i % 2][k] =
+                open->eye[k][0] * u[0] + open->eye[k][1] * u[1] - open->middle[k];
+        if (i > 0)
+            area += triangle_in_disc(at[(i + 1) % 2], at[i % 2]);
+    }
+    return area / open->scale;
 }
 
 /* The area that a disc of radius 1 and one of radius r share whose middles are d apart,
@@ -488,29 +619,59 @@ static double discs_share(double r, double d)
            RF_PI;
 }
 
-static bool is_two_discs(const struct rf_look *look, const struct rf_shape *whole)
+/* A disc that doors alone cut is the second disc of a square without bounds. */
+static void swap_disc(const struct rf_look *look, struct rf_shape *shape,
+                      struct rf_look_opening *open)
 {
-    return look->cat_eye > 0 && whole->is_disc && look->ratio == 1 &&
-           !has_doors(look) && rf_look_is_scaled(look);
+    static const double FAR = 2;
+    open->has_eye = true;
+    open->eye[0][0] = open->scale = look->ratio;
+    open->eye[0][1] = open->eye[1][0] = open->middle[0] = open->middle[1] = 0;
+    open->eye[1][1] = 1;
+    shape->n_corners = 4;
+    for (int i = 0; i < 4; i++) {
+        shape->corner[i][0] = (i == 0 || i == 3 ? FAR : -FAR) / look->ratio;
+        shape->corner[i][1] = i < 2 ? FAR : -FAR;
+    }
 }
 
-bool rf_look_is_open_quick(const struct rf_look *look, const struct rf_shape *whole)
+double rf_look_open_near(const struct rf_look *look, const struct rf_shape *whole,
+                         const double q[2], double r)
 {
-    bool has_doors_alone = look->cat_eye == 0 && has_doors(look);
-    return is_two_discs(look, whole) || (has_doors_alone && rf_look_is_scaled(look));
+    struct rf_shape shape;
+    double middle[2], scale = fabs(1 - look->cat_eye * r / look->half_px);
+    if (!rf_look_is_dark(look))
+        return 1;
+    if (whole->is_disc && !has_doors(look)) {
+        double d = look->cat_eye * rf_length(q[0], q[1]);
+        if (r == 0)
+            return lens_share(d);
+        if (look->ratio == 1 && rf_look_is_scaled(look) && scale > 1e-6)
+            return discs_share(1 / scale, d / scale);
+    }
+    struct rf_look_opening open = rf_look_opening_at(look, q, r);
+    set_whole(look, whole, &shape);
+    double area = rf_shape_area(&shape, middle);
+    if (whole->is_disc && !open.has_eye)
+        swap_disc(look, &shape, &open);
+    for (int i = 0; i < open.n_doors; i++)
+        rf_shape_cut(&shape, open.normal[i], open.limit[i]);
+    double left =
+        open.has_eye ? area_in_eye(&open, &shape) : rf_shape_area(&shape, middle);
+    return fmin(fmax(left / area, 0), 1);
 }
 
 double rf_look_open(const struct rf_look *look, const struct rf_shape *whole,
                     const double q[2], double r)
 {
     struct rf_shape shape;
-    double centroid[2], scale = fabs(1 - look->cat_eye * r / look->half_px);
-    if (!rf_look_is_dark(look))
-        return 1;
-    if (is_two_discs(look, whole) && scale > 1e-6)
-        return discs_share(1 / scale, look->cat_eye * rf_length(q[0], q[1]) / scale);
+    double centroid[2];
+    if (rf_look_is_scaled(look)) {
+        double share = rf_look_open_near(look, whole, q, r);
+        return share > LEAST_SHARE ? share : 0;
+    }
     double share = rf_look_shape(look, whole, q, r, &shape, centroid);
-    if (share == 0 || rf_look_is_scaled(look))
+    if (share == 0 || !rf_look_is_dark(look))
         return share;
     double left = rf_shape_area(&shape, centroid);
     const struct rf_look bright = rf_look_bright(look);

@@ -23,7 +23,9 @@ struct rf_look {
     /* The surface in focus adds slope . q + bend |q|^2 px to a radius; see
      * rf_field_look(). */
     double slope[2], bend;
-    double most_px; /* radii of a bent surface are clipped to it */
+    double most_px;   /* radii of a bent surface are clipped to it */
+    bool is_measured; /* shapes have the area of a disc, as where light is taken away */
+    bool is_rough;    /* shapes have few corners: areas are within 2e-3 */
 };
 
 /* Of a whole picture of width x height px. */
@@ -112,18 +114,35 @@ enum rf_look_lit rf_look_lit_in(const struct rf_look *look,
 struct rf_look rf_look_bright(const struct rf_look *look);
 
 /*
+ * Which points u of the whole lens looks leave open for a sample: those with
+ * |eye u - middle| <= 1 and normal . u <= limit for each door.
+ */
+struct rf_look_opening {
+    bool has_eye;
+    double eye[2][2], scale /* its determinant, not 0 */, middle[2];
+    int n_doors;
+    double normal[RF_N_DOORS][2], limit[RF_N_DOORS];
+};
+
+/* Of a sample at q of radius r, as if M and what bends the focus were everywhere as
+ * they are at q: exact where rf_look_is_scaled(). */
+struct rf_look_opening rf_look_opening_at(const struct rf_look *look, const double q[2],
+                                          double r);
+
+/*
+ * The share of a whole or part aperture that lets light through, 0 to 1, by
+ * rf_look_opening_at(): within 1e-7 of two discs' common area and of straight blades,
+ * within 2e-5 of ovals. It takes 1 to 3 us.
+ */
+double rf_look_open_near(const struct rf_look *look, const struct rf_shape *whole,
+                         const double q[2], double r);
+
+/*
  * The share of its light that a lone sample at q of radius r keeps, 0 to 1: of its
- * footprint's area, what the looks leave. Within 1e-6 for a round lens with cat's eyes
- * alone, within 1e-3 else.
+ * footprint's area, what the looks leave. As rf_look_open_near() where
+ * rf_look_is_scaled(), else from rf_look_shape(), in 50 us.
  */
 double rf_look_open(const struct rf_look *look, const struct rf_shape *whole,
                     const double q[2], double r);
-
-/* Is rf_look_open() quick: a formula, or a few cuts? Else it takes some 20 us. */
-bool rf_look_is_open_quick(const struct rf_look *look, const struct rf_shape *whole);
-
-/* The share of a whole or part aperture that lets light through at q. */
-double rf_look_light(const struct rf_look *look, const struct rf_shape *whole,
-                     const double q[2]);
 
 #endif

@@ -1,15 +1,17 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
  * Lens looks: the picture of a lone lamp against its lens traced pixel by pixel, at nine
- * places, for radii from 2 to 200 px on both sides of the focus: its energy within 1e-4,
- * its shape within 2 % of its area.
+ * places, for radii from 2 to 200 px on both sides of the focus: its energy within 1e-4
+ * (2e-3 where the footprint is traced and loses light), its shape within 2 % of its area.
  */
 #include "frames.h"
 #include "testing.h"
 
-enum { WIDTH = 1040, HEIGHT = 840, EDGE = 220, FINE = 8, FINEST = 40, WIDE_FINE = 2 };
+enum { WIDTH = 1040, HEIGHT = 840, EDGE = 220 };
+enum { N_POINTS = 55, STEP = 34 }; /* Fibonacci's lattice */
 
-static const double LAMP = 1e4, FINE_PX = 8, WIDE_PX = 60;
+static const double LAMP = 1e4, FINE_PX = 8, WIDE_PX = 60, RIM_POINTS = 100;
+static const double FINE_CORNER = 0.12; /* px: no corner of a lamp is missed */
 static bool testing_is_verbose;
 static const double RADII[] = {2, -2, 5, -5, 12, -12, 40, -40, 200, -200};
 enum { N_RADII = sizeof RADII / sizeof *RADII };
@@ -88,35 +90,43 @@ static bool is_lit(const struct lamp *lamp, double x, double y)
     return is_open(look, along * q[0] - across * q[1], along * q[1] + across * q[0], q);
 }
 
-/* Points across a pixel: the wider a lamp, the fewer of its pixels lie on its rim. */
-static int fine_of(const struct lamp *lamp)
+/* How often pixels on a lamp's rim are cut in four: the wider a lamp, the fewer of its
+ * pixels lie there. */
+static int depth_of(const struct lamp *lamp)
 {
     double r = fabs(lamp->r);
     if (lamp->look->is_wide && r > FINE_PX)
-        return r > WIDE_PX ? 1 : WIDE_FINE;
-    return r > WIDE_PX ? WIDE_FINE : r < FINE_PX ? FINEST : FINE;
+        return r > WIDE_PX ? 0 : 1;
+    return (int)fmax(ceil(log2(RIM_POINTS / r)), 0);
 }
 
-/* Is a pixel lit alike on a grid of n x n points, its corners among them? No rim of a lamp
- * that is much wider than the grid is crosses it then. */
-static bool is_even(const struct lamp *lamp, int x, int y, int n)
+/* Is a square lit alike on a grid of n x n points, its corners among them? No rim of a
+ * lamp that is much wider than the grid is crosses it then. */
+static bool is_even(const struct lamp *lamp, double x, double y, double side, int n)
 {
     bool is_first = is_lit(lamp, x, y);
+    double step = side / (n - 1);
     for (int i = 1; i < n * n; i++)
-        if (is_lit(lamp, x + i % n / (n - 1.0), y + i / n / (n - 1.0)) != is_first)
+        if (is_lit(lamp, x + i % n * step, y + i / n * step) != is_first)
             return false;
     return true;
 }
 
-/* How much of a pixel is lit. */
-static double lit_share(const struct lamp *lamp, int x, int y)
+/* How much of a square is lit; the points of the last ones lie on no line. */
+static double lit_share(const struct lamp *lamp, double x, double y, double side,
+                        int depth)
 {
-    int n = 0, fine = fine_of(lamp);
-    if (fine >= FINE && is_even(lamp, x, y, fine == FINE ? 3 : 6))
+    double sum = 0, half = side / 2;
+    int n = 3 + (fabs(lamp->r) > FINE_PX ? 0 : (int)(side / FINE_CORNER));
+    if (is_even(lamp, x, y, side, n))
         return is_lit(lamp, x, y);
-    for (int i = 0; i < fine * fine; i++)
-        n += is_lit(lamp, x + (i % fine + 0.5) / fine, y + (i / fine + 0.5) / fine);
-    return n / (double)(fine * fine);
+    for (int i = 0; i < 4 && depth > 0; i++)
+        sum += lit_share(lamp, x + i % 2 * half, y + i / 2 * half, half, depth - 1) / 4;
+    for (int i = 0; i < N_POINTS && depth == 0; i++)
+        sum += is_lit(lamp, x + (i + 0.5) / N_POINTS * side,
+                      y + (i * STEP % N_POINTS + 0.5) / N_POINTS * side) /
+               (double)N_POINTS;
+    return sum;
 }
 
 static void look_params(struct rf_params *p, const struct look *look, int method)
@@ -160,8 +170,8 @@ static double energy_of(const struct lamp *lamp, double lit)
     memset(bright.door, 0, sizeof bright.door);
     whole.look = &bright;
     for (int i = 0; i < side * side; i++)
-        sum +=
-            lit_share(&whole, lamp->x - reach + i % side, lamp->y - reach + i / side);
+        sum += lit_share(&whole, lamp->x - reach + i % side, lamp->y - reach + i / side,
+                         1, depth_of(lamp));
     return lit / sum;
 }
 
@@ -184,7 +194,7 @@ static void check_lamp(const struct frame *f, const struct lamp *lamp)
     for (int i = 0; i < side * side; i++) {
         int x = lamp->x - reach + i % side, y = lamp->y - reach + i / side;
         bool is_inside = x >= 0 && y >= 0 && x < f->width && y < f->height;
-        share[i] = is_inside ? lit_share(lamp, x, y) : 0;
+        share[i] = is_inside ? lit_share(lamp, x, y, 1, depth_of(lamp)) : 0;
         double v = is_inside ? (double)*frame_at(f, f->out, x, y) : 0;
         lit += share[i];
         sum += v;
@@ -201,7 +211,8 @@ static void check_lamp(const struct frame *f, const struct lamp *lamp)
     bool is_counted = is_dark(lamp->look) && !lamp->is_scatter; /* on grids of points */
     double want = is_counted && !is_cut ? energy_of(lamp, lit) : 1;
     double off = sum / LAMP / want - 1;
-    CHECK(is_cut ? off < 1e-4 : fabs(off) < (is_counted ? 6e-3 : 1e-4));
+    CHECK(is_cut ? off < 1e-4
+                 : fabs(off) < (is_counted && lamp->look->is_wide ? 2e-3 : 1e-4));
     CHECK(wrong < 0.02);
     if (testing_is_verbose)
         printf("# %s, r %g at (%d, %d): light %+.1e, shape %.4f\n", lamp->look->name,
@@ -334,6 +345,26 @@ static void blades_and_ratio(void)
 {
     const struct look look = {"blades", .cat_eye = 0.8, .ratio = 1.5, .blades = 6};
     check_look(&look, RF_METHOD_LAYERED, 40);
+}
+
+/* Each takes its light in another way: by areas, by lines, by shapes that are moved. */
+static void pairs_that_take_light(void)
+{
+    static const struct look looks[] = {
+        {"oval, cat's eyes", .cat_eye = 0.5, .ratio = 1.5},
+        {"cat's eyes, doors", .cat_eye = 0.6, .door = {0.5, 1, 0.8, 1.5}, .ratio = 1},
+        {"ring, cat's eyes", .cat_eye = 0.6, .obstruction = 0.4, .ratio = 1},
+        {"bent, cat's eyes", .cat_eye = 0.5, .bend_px = 60, .ratio = 1},
+        {"blades, swirl, cat's eyes", .cat_eye = 0.5, .swirl = 0.4, .ratio = 1,
+         .blades = 5},
+        {"3 blades, astigmatism", .astigmatism = 0.8, .swirl = -0.8, .ratio = 1,
+         .blades = 3},
+    };
+    for (size_t i = 0; i < sizeof looks / sizeof *looks; i++) {
+        check_lamps(&looks[i], RF_METHOD_LAYERED, 12, CORNER, 1);
+        check_lamps(&looks[i], RF_METHOD_LAYERED, -40, CORNER, 1);
+        check_lamps(&looks[i], RF_METHOD_LAYERED, 40, SIDE_PLACE, 1);
+    }
 }
 
 /* Edges are arcs that bulge inwards, at every radius; with other looks at some. */
@@ -680,61 +711,6 @@ static void lateral_colour(void)
     frame_free(&f);
 }
 
-/* The radius that a flat depth has at a place, of the focus that `key` bends. */
-static void check_focus(const char *key, double value, double shift(double x, double y))
-{
-    enum { W = 90, H = 60 };
-    struct rf_context *context;
-    struct rf_filter *filter;
-    struct rf_params p;
-    static float depth[W * H], radius[W * H];
-    plain_params(&p, RF_METHOD_LAYERED);
-    CHECK(rf_params_set_number(&p, key, value, NULL) == RF_OK);
-    p.split_softness = 0;
-    for (int i = 0; i < W * H; i++)
-        depth[i] = plain_depth(17);
-    const struct rf_image in = rf_image_packed(depth, W, H, 1);
-    struct rf_image out = rf_image_packed(radius, W, H, 1);
-    REQUIRE(rf_context_create(&context, NULL, NULL) == RF_OK);
-    REQUIRE(rf_filter_create(&filter, context, &p, W, H, NULL) == RF_OK);
-    CHECK(rf_filter_coc(filter, &in, &out, NULL) == RF_OK);
-    for (int y = 0; y < H; y += 7)
-        for (int x = 0; x < W; x += 7)
-            CHECK_NEAR(radius[y * W + x],
-                       17 + 40000 * shift(x + 0.5 - W / 2.0, H / 2.0 - y - 0.5), 1e-3);
-    rf_filter_destroy(filter);
-    rf_context_destroy(context);
-}
-
-/* 1/s(q) - 1/s for 10 degrees of a lens of 50 mm and 1000 px, in metres. */
-static double tilted_right(double x, double y)
-{
-    return x * sin(3.14159265358979324 / 18) / (0.05 * 1000) + 0 * y;
-}
-
-static double tilted_up(double x, double y)
-{
-    return tilted_right(y, x);
-}
-
-static double curved(double x, double y)
-{
-    return 0.002 * (x * x + y * y) / (45 * 45 + 30 * 30);
-}
-
-static double split(double x, double y)
-{
-    return (x > 0 ? 1.0 / 80 - 1.0 / 100 : 0) + 0 * y;
-}
-
-static void the_surface_in_focus(void)
-{
-    check_focus("tilt-x", 10, tilted_right);
-    check_focus("tilt-y", 10, tilted_up);
-    check_focus("field-curvature", 0.002, curved);
-    check_focus("split-diopter", 80, split);
-}
-
 /*
  * What is no lamp is spread by three cells of the lens, which zones reshape: in a corner
  * and at the sides they are as bright as each other. With weights that had not settled
@@ -783,6 +759,7 @@ int main(int argc, char **argv)
     TEST(cells_of_a_stretched_lens_are_even);
     TEST(doors);
     TEST(blades_and_ratio);
+    TEST(pairs_that_take_light);
     TEST(hollow_blades);
     TEST(spherical_aberration);
     TEST(the_sign_of_the_rims);
@@ -795,6 +772,5 @@ int main(int argc, char **argv)
     TEST(longitudinal_colour);
     TEST(colours_are_those_of_their_radii);
     TEST(lateral_colour);
-    TEST(the_surface_in_focus);
     return testing_end();
 }

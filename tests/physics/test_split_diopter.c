@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* A split diopter: each half of the picture is that of its own focus. */
+/* The surface in focus, and a split diopter: each half of the picture is that of its own
+ * focus. */
 #include "frames.h"
 #include "testing.h"
 
@@ -69,10 +70,66 @@ static void halves_of_a_split_diopter(void)
     }
 }
 
+/* The radius that a flat depth has at a place, of the focus that `key` bends. */
+static void check_focus(const char *key, double value, double shift(double x, double y))
+{
+    enum { W = 90, H = 60 };
+    struct rf_context *context;
+    struct rf_filter *filter;
+    struct rf_params p;
+    static float depth[W * H], radius[W * H];
+    plain_params(&p, RF_METHOD_LAYERED);
+    CHECK(rf_params_set_number(&p, key, value, NULL) == RF_OK);
+    p.split_softness = 0;
+    for (int i = 0; i < W * H; i++)
+        depth[i] = plain_depth(17);
+    const struct rf_image in = rf_image_packed(depth, W, H, 1);
+    struct rf_image out = rf_image_packed(radius, W, H, 1);
+    REQUIRE(rf_context_create(&context, NULL, NULL) == RF_OK);
+    REQUIRE(rf_filter_create(&filter, context, &p, W, H, NULL) == RF_OK);
+    CHECK(rf_filter_coc(filter, &in, &out, NULL) == RF_OK);
+    for (int y = 0; y < H; y += 7)
+        for (int x = 0; x < W; x += 7)
+            CHECK_NEAR(radius[y * W + x],
+                       17 + 40000 * shift(x + 0.5 - W / 2.0, H / 2.0 - y - 0.5), 1e-3);
+    rf_filter_destroy(filter);
+    rf_context_destroy(context);
+}
+
+/* 1/s(q) - 1/s for 10 degrees of a lens of 50 mm and 1000 px, in metres. */
+static double tilted_right(double x, double y)
+{
+    return x * sin(3.14159265358979324 / 18) / (0.05 * 1000) + 0 * y;
+}
+
+static double tilted_up(double x, double y)
+{
+    return tilted_right(y, x);
+}
+
+static double curved(double x, double y)
+{
+    return 0.002 * (x * x + y * y) / (45 * 45 + 30 * 30);
+}
+
+static double split(double x, double y)
+{
+    return (x > 0 ? 1.0 / 80 - 1.0 / 100 : 0) + 0 * y;
+}
+
+static void the_surface_in_focus(void)
+{
+    check_focus("tilt-x", 10, tilted_right);
+    check_focus("tilt-y", 10, tilted_up);
+    check_focus("field-curvature", 0.002, curved);
+    check_focus("split-diopter", 80, split);
+}
+
 int main(int argc, char **argv)
 {
     testing_is_verbose = getenv("VERBOSE") != NULL;
     testing_begin(argc, argv);
     TEST(halves_of_a_split_diopter);
+    TEST(the_surface_in_focus);
     return testing_end();
 }
