@@ -31,6 +31,7 @@
 #include "compose/footprint_grid.h"
 #include "compose/footprint_trace.h"
 #include "compose/lens_cells.h"
+#include "compose/lens_light.h"
 #include "compose/zones.h"
 #include "kernels/data.h"
 #include "lens/aperture.h"

@@ -4,6 +4,7 @@
 #define RF_COMPOSE_LENS_LIGHT_H
 
 #include "compose/lens_cells.h"
+#include "compose/zones.h"
 #include "input/bokeh.h"
 #include "lens/aperture.h"
 #include "lens/look.h"
@@ -32,5 +33,15 @@ void rf_lens_light_init(struct rf_lens_light *light, const struct rf_look *look,
  */
 double rf_lens_light_open(const struct rf_lens_light *light, const double q[2],
                           double r);
+
+/*
+ * rf_zone_make() by the light of `bokeh` (NULL: an even lens), as rf_zone_weigh() has it.
+ * Returns the share of a lone sample's light that its looks leave, 0 to 1: of its
+ * footprint, not of the lens; 0 where the shape is as if they took none.
+ */
+double rf_zone_make_lit(struct rf_zone *zone, struct rf_shape *shape,
+                        const struct rf_shape *whole, const struct rf_look *look,
+                        const double q[2], double r, const struct rf_bokeh *bokeh,
+                        int plane);
 
 #endif

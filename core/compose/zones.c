@@ -20,7 +20,6 @@
 #include "base/parallel.h"
 #include "base/pool.h"
 #include "compose/lens_cells.h"
-#include "compose/lens_light.h"
 #include "input/bokeh.h"
 #include "lens/aperture.h"
 #include "lens/look.h"
@@ -256,37 +255,4 @@ double rf_zone_make(struct rf_zone *zone, struct rf_shape *shape,
     zone->q[1] = q[1];
     zone->r = r;
     return share;
-}
-
-/* All light of a zone: the area of its shape, or what rf_zone_weigh() finds. */
-static double light_of(struct rf_zone *zone, const struct rf_bokeh *bokeh, int plane)
-{
-    double middle[2];
-    return bokeh ? rf_zone_weigh(zone, bokeh, plane)
-                 : rf_shape_area(zone->shape, middle);
-}
-
-double rf_zone_make_lit(struct rf_zone *zone, struct rf_shape *shape,
-                        const struct rf_shape *whole, const struct rf_look *look,
-                        const double q[2], double r, const struct rf_bokeh *bokeh,
-                        int plane)
-{
-    static const double LEAST = 1e-4; /* of the light: less is none */
-    struct rf_zone all;
-    struct rf_shape all_shape;
-    double share = rf_zone_make(zone, shape, whole, look, q, r);
-    double left = light_of(zone, bokeh, plane);
-    if (share == 0 || !rf_look_is_dark(look))
-        return share;
-    if (rf_look_is_scaled(look)) {
-        struct rf_lens_light light;
-        rf_lens_light_init(&light, look, whole, bokeh, plane);
-        share = rf_lens_light_open(&light, q, r);
-    } else {
-        const struct rf_look bright = rf_look_bright(look);
-        rf_zone_make(&all, &all_shape, whole, &bright, q, r);
-        double most = light_of(&all, bokeh, plane);
-        share = most > 0 ? fmin(left / most, 1) : 0;
-    }
-    return share > LEAST ? share : 0;
 }

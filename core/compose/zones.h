@@ -110,14 +110,4 @@ double rf_zone_make(struct rf_zone *zone, struct rf_shape *shape,
                     const struct rf_shape *whole, const struct rf_look *look,
                     const double q[2], double r);
 
-/*
- * The same by the light of `bokeh` (NULL: an even lens), as rf_zone_weigh() has it.
- * Returns the share of a lone sample's light that its looks leave, 0 to 1: of its
- * footprint, not of the lens; 0 where the shape is as if they took none.
- */
-double rf_zone_make_lit(struct rf_zone *zone, struct rf_shape *shape,
-                        const struct rf_shape *whole, const struct rf_look *look,
-                        const double q[2], double r, const struct rf_bokeh *bokeh,
-                        int plane);
-
 #endif
