@@ -8,6 +8,7 @@
 #include "leftovers.h"
 #include "process.h"
 #include "replace.h"
+#include "unfilled.h"
 
 enum { MOST_OTHERS = 4 };
 
@@ -34,4 +35,5 @@ void os_clean_up(void)
     os_process_end_all(); /* first: they write into the folders */
     os_replace_remove_all();
     os_leftovers_remove_own();
+    os_unfilled_remove(); /* last: of half files, too, they are empty now */
 }

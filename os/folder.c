@@ -53,6 +53,11 @@ void os_folder_remove(const char *path)
         os_temporary_forget(path);
 }
 
+void os_folder_remove_empty(const char *path)
+{
+    rmdir(path);
+}
+
 int os_folder_list(const char *path, bool (*visit)(void *user, const char *name),
                    void *user)
 {

@@ -10,7 +10,6 @@
 
 #include "common/report.h"
 #include "file.h"
-#include "folder.h"
 #include "path.h"
 
 static bool is_png(const char *path)
@@ -192,9 +191,10 @@ bool picture_check_writable(const char *path, struct image_error *error)
     return false;
 }
 
-bool picture_need_folder(const char *path, struct image_error *error)
+bool picture_need_folder(const char *path, enum os_folder_end end,
+                         struct image_error *error)
 {
-    const int reason = os_folder_make(path, OS_FOLDER_SHARED);
+    const int reason = os_folder_make_to_fill(path, end);
     return reason == 0 || os_file_facts(path).kind == OS_FILE_FOLDER ||
            set_error(error, "%s: cannot make the folder: %s", path, strerror(reason));
 }

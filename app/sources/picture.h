@@ -8,6 +8,7 @@
 #include <stdint.h>
 
 #include "common/report.h"
+#include "folder.h"
 #include "image.h"
 
 /* Packed RGB floats, scene-linear, alpha multiplied in. */
@@ -44,8 +45,10 @@ bool picture_is_scene(const char *path);
 /* Can a file of this name be made? False with a message, before the work begins. */
 bool picture_check_writable(const char *path, struct image_error *error);
 
-/* Makes a folder for pictures if it is not there. False with a message. */
-bool picture_need_folder(const char *path, struct image_error *error);
+/* Makes a folder for pictures if it is not there; `end` says when a new one goes again
+ * with the process. False with a message. */
+bool picture_need_folder(const char *path, enum os_folder_end end,
+                         struct image_error *error);
 
 /* Half floats end at 65504; beyond they would turn into infinity. Clips; returns how
  * many were beyond. */

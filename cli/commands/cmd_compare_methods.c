@@ -10,6 +10,7 @@
 #include "console/cli.h"
 #include "console/json.h"
 #include "console/progress.h"
+#include "folder.h"
 #include "interrupt.h"
 #include "measure/flip.h"
 #include "measure/measure.h"
@@ -396,6 +397,8 @@ static int finish(struct comparison *c)
         message("%s", error.message);
         return EXIT_FAILED;
     }
+    if (c->page_folder)
+        os_folder_keep(c->page_folder);
     if (c->tool->is_json)
         print_json(c);
     else
@@ -498,7 +501,8 @@ static int run_steps(struct comparison *c)
     struct image_error error = {.message = ""};
     int code = EXIT_FAILED;
     if ((c->tool->sheet && !picture_check_writable(c->tool->sheet, &error)) ||
-        (c->tool->results && !picture_need_folder(c->tool->results, &error)) ||
+        (c->tool->results &&
+         !picture_need_folder(c->tool->results, OS_FOLDER_GOES_IF_EMPTY, &error)) ||
         !read_facts(c, &error, &code) || !read_pixels(c, &error)) {
         if (*error.message)
             message("%s", error.message);

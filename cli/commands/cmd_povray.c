@@ -502,7 +502,8 @@ static bool prepare_output(const struct povray_tool *tool,
         }
     }
     struct image_error error;
-    if (tool->keep && !keeps_file && !picture_need_folder(tool->keep, &error)) {
+    if (tool->keep && !keeps_file &&
+        !picture_need_folder(tool->keep, OS_FOLDER_GOES_IF_EMPTY, &error)) {
         message("%s", error.message);
         return false;
     }

@@ -9,6 +9,7 @@
 #include "common/text_file.h"
 #include "console/cli.h"
 #include "console/json.h"
+#include "folder.h"
 #include "interrupt.h"
 #include "pages/html.h"
 #include "path.h"
@@ -262,6 +263,8 @@ bool frames_write_html(const struct frames_report *report, const char *path,
             app_memory((size_t)report->n, sizeof(*page.has_picture), error);
     const bool is_good = page.has_picture && write_pictures(&page, error) &&
                          text_file_write(path, print_page, &page, error);
+    if (is_good)
+        os_folder_keep(page.folder);
     free(page.has_picture);
     free(page.folder);
     return is_good;

@@ -39,7 +39,7 @@ char *html_make_folder(const char *page, const char *ending, struct image_error 
         return NULL;
     memcpy(folder, page, n);
     strcpy(folder + n, ending);
-    if (picture_need_folder(folder, error))
+    if (picture_need_folder(folder, OS_FOLDER_GOES_UNLESS_KEPT, error))
         return folder;
     free(folder);
     return NULL;

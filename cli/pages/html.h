@@ -17,7 +17,9 @@ void html_print(FILE *file, const char *text);
 
 /*
  * The folder of the page's pictures, "shot_frames" for "shot.html" and "_frames", made
- * if it is not there. NULL with an error; the caller frees it.
+ * if it is not there. A new one is removed with what is in it when the process ends, if
+ * os_folder_keep() was not called: without its page nobody looks for the pictures. NULL
+ * with an error; the caller frees it.
  */
 char *html_make_folder(const char *page, const char *ending, struct image_error *error);
 

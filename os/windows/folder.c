@@ -153,6 +153,14 @@ void os_folder_remove(const char *path)
     free(wide);
 }
 
+void os_folder_remove_empty(const char *path)
+{
+    wchar_t *wide = os_wide_path(path);
+    if (wide)
+        RemoveDirectoryW(wide);
+    free(wide);
+}
+
 struct listing {
     bool (*visit)(void *user, const char *name);
     void *user;

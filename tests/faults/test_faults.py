@@ -7,6 +7,7 @@ import fcntl
 import os
 import re
 import resource
+import shutil
 import signal
 import subprocess
 
@@ -448,6 +449,56 @@ def test_signal_while_filtering(binary, failing, tmp_path):
         assert leftovers(tmp_path) == []
         codes.add(done.returncode)
     assert 130 in codes
+
+
+PAGES = {
+    "compare-methods": (
+        ["compare-methods", "in.exr", "--reference", "in.exr", "--method", "box",
+         "--blend", "coc", "--repeats", "1", *LENS, "-j1", "-q", "--results", "all",
+         "--html", "page.html"],
+        "page_pictures",
+    ),
+    "frames": (["frames", "o.#.exr", "--frames", "1", "--html", "page.html", "-q"],
+               "page_frames"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("command", PAGES)
+def test_signal_before_a_page_is_made(binary, failing, tmp_path, command):
+    """Before every file call: no empty folder, and no pictures without their page."""
+    arguments, pictures = PAGES[command]
+    scene(tmp_path / "in.exr")
+    scene(tmp_path / "o.1.exr")
+    command_line = [binary, *arguments]
+    page, count = tmp_path / "page.html", tmp_path / "count"
+    made = [tmp_path / pictures, tmp_path / "all"]
+    environment = with_faults(failing, count)
+    subprocess.run(command_line, cwd=tmp_path, env=environment, check=True)
+    assert page.exists() and any(made[0].iterdir())
+    codes = set()
+    for k in range(1, int(count.read_text().split()[2]) + 1):
+        page.unlink(missing_ok=True)
+        for folder in made:
+            shutil.rmtree(folder, ignore_errors=True)
+        faults = {"FAIL_FILE": k, "FAIL_SIGNAL": signal.SIGINT}
+        environment = with_faults(failing, count, **faults)
+        codes.add(
+            subprocess.run(command_line, cwd=tmp_path, env=environment).returncode
+        )
+        assert made[0].exists() == page.exists(), k
+        assert not made[1].exists() or any(made[1].iterdir()), k
+    assert codes >= {130}
+
+
+def test_a_run_that_fails_leaves_no_folder_it_made(binary, tmp_path):
+    scene(tmp_path / "in.exr")
+    scene(tmp_path / "large.exr", size=(32, 16))
+    (tmp_path / "there").mkdir()
+    for results in ("there", "new"):
+        done = run(binary, "compare-methods", "in.exr", "--reference", "large.exr",
+                   "--results", results, *LENS, cwd=tmp_path)  # fmt: skip
+        assert done.returncode == 1 and "large.exr" in done.stderr
+    assert (tmp_path / "there").exists() and not (tmp_path / "new").exists()
 
 
 @pytest.mark.parametrize("command", ["info", "methods", "help", "compare", "filter"])

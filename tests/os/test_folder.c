@@ -10,6 +10,7 @@
 #include "folder.h"
 #include "leftovers.h"
 #include "testing.h"
+#include "unfilled.h"
 
 static char base[512], own[1024];
 
@@ -71,6 +72,29 @@ static void a_link_leads_to_its_target(void)
     CHECK(!os_file_full_path("/no/such/folder") && errno == ENOENT);
 }
 
+static void folders_that_nothing_came_into_go(void)
+{
+    const char *names[] = {"there", "empty", "filled", "page", "kept"};
+    char paths[5][700], file[800];
+    for (int i = 0; i < 5; i++)
+        snprintf(paths[i], sizeof(paths[i]), "%s/%s", base, names[i]);
+    CHECK(os_folder_make(paths[0], OS_FOLDER_SHARED) == 0);
+    CHECK(os_folder_make_to_fill(paths[0], OS_FOLDER_GOES_UNLESS_KEPT) == EEXIST);
+    for (int i = 1; i < 5; i++) {
+        CHECK(os_folder_make_to_fill(paths[i], i < 3
+                                                   ? OS_FOLDER_GOES_IF_EMPTY
+                                                   : OS_FOLDER_GOES_UNLESS_KEPT) == 0);
+        snprintf(file, sizeof(file), "%s/file", paths[i]);
+        CHECK(i == 1 || os_file_append(file, "", 0) == 0);
+    }
+    os_folder_keep(paths[4]);
+    os_unfilled_remove();
+    CHECK(is_there(paths[0]) && !is_there(paths[1]) && is_there(paths[2]));
+    CHECK(!is_there(paths[3]) && is_there(paths[4]));
+    os_folder_remove_empty(paths[2]);
+    CHECK(is_there(paths[2]));
+}
+
 int main(int argc, char **argv)
 {
     char prefix[256];
@@ -81,6 +105,7 @@ int main(int argc, char **argv)
     TEST(only_folders_of_the_dead_go);
     TEST(listing_ends_when_told);
     TEST(a_link_leads_to_its_target);
+    TEST(folders_that_nothing_came_into_go);
     os_clean_up();
     CHECK(!is_there(base));
     return testing_end();

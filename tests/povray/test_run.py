@@ -369,6 +369,14 @@ def test_bad_usage(rackfocus, arguments, code, words):
     assert words in text, text
 
 
+def test_a_scene_that_fails_leaves_no_empty_folder(rackfocus, tmp_path):
+    (tmp_path / "bad.pov").write_text("camera { location x aperture 1 ) ")
+    rackfocus(
+        "povray", "bad.pov", "-o", "o.exr", "--keep", "kept", code=1, cwd=tmp_path
+    )
+    assert [path.name for path in tmp_path.iterdir()] == ["bad.pov"]
+
+
 @pytest.mark.parametrize(
     "options, words",
     [

@@ -133,7 +133,8 @@ static bool render_scene(struct stage *stage, const struct settings *typed,
     double seconds;
     snprintf(stage->label, sizeof(stage->label), "rendering %.200s",
              stage->files->paths[0]);
-    if (stage->options->keep && !picture_need_folder(stage->options->keep, error))
+    if (stage->options->keep &&
+        !picture_need_folder(stage->options->keep, OS_FOLDER_GOES_IF_EMPTY, error))
         return false;
     make_scene_options(stage, typed);
     if (stage->options->n_views > 1 && stage->povray_options.has_f_stop &&
