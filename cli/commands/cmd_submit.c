@@ -241,7 +241,8 @@ static bool chunks_make(struct chunks *chunks, const struct frames_report *repor
 /* ---- the job --------------------------------------------------------------------- */
 
 /* The animation that frames belong to, for every task: alone, its frames would be taken
- * for all of it. `words` has room for three more. */
+ * for all of it. `words` has room for three more. False with a message, for a scene that
+ * is not there, too. */
 static bool complete_povray(struct command_line *line, char **words, char range[2][24])
 {
     struct povray_plan plan;
@@ -259,7 +260,13 @@ static bool complete_povray(struct command_line *line, char **words, char range[
         return false;
     }
     const bool is_animation = plan.is_animation;
+    const bool is_there = os_file_facts(plan.scene).kind == OS_FILE_REGULAR;
+    if (!is_there) /* every task would end so */
+        message("%s: there is no such file; correct the scene's name or folder",
+                plan.scene);
     povray_plan_free(&plan);
+    if (!is_there)
+        return false;
     if (!is_animation && frame_list_parse(&list, frames, &list_error)) {
         static char end_of_options[] = "--";
         if (n_head == n)

@@ -61,6 +61,35 @@ def test_examples_of_pages(page, environment, tmp_path):
         assert done.returncode == 0, f"{text}\n{done.stdout}\n{done.stderr}"
 
 
+def other_commands(page):
+    """Command lines of a page that are in no example."""
+    text = BLOCK.sub("", page.read_text())
+    lines = re.findall(r"^(?:    )?(rackfocus \S+ (?:.*\\\n)*.*)$", text, flags=re.M)
+    return [re.sub(r"\\\n\s*", "", line) for line in lines if "[options]" not in line]
+
+
+def test_other_command_lines_are_understood(environment, tmp_path):
+    """Without the files that they name the command misses these, and nothing else."""
+    pages = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+    lines = {line: page.name for page in pages for line in other_commands(page)}
+    assert len(lines) > 40
+    blind = {k: v for k, v in environment.items() if "DISPLAY" not in k}
+    lacks = r"no such file|no such frames|there is no file|there is no display"
+    for line, page in lines.items():
+        done = subprocess.run(
+            ["bash", "-c", line],
+            cwd=tmp_path,
+            env=blind,
+            capture_output=True,
+            text=True,
+        )
+        said = done.stderr.strip()
+        assert done.returncode in (1, 2), (page, line, said)
+        assert re.search(lacks, said, flags=re.I), (page, line, said)
+        assert "\n" not in said or "display" in said, (page, line, said)
+    assert not list(tmp_path.iterdir())
+
+
 def test_users_pages_have_examples():
     assert USERS_PAGES <= {page.name for page in PAGES}
 

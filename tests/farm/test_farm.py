@@ -243,6 +243,13 @@ def test_povray(rackfocus, submit, tmp_path):
     assert same(tmp_path, want)
 
 
+def test_a_scene_that_is_not_there_is_not_submitted(submit, tmp_path):
+    words = ["povray", "scene.pov", "--frames", "1-4", "-o", "out.####.exr"]
+    done = submit(tmp_path, "--to", "slurm", "--dry-run", words=words, code=2)
+    assert "scene.pov: there is no such file" in done.stderr
+    assert not list(tmp_path.iterdir())
+
+
 def test_povray_makes_nothing_twice(rackfocus, submit, tmp_path):
     """Its frames have a journal: what is finished stays, what it was made of counts."""
     scene, include = tmp_path / "scene.pov", tmp_path / "colour.inc"
