@@ -74,6 +74,8 @@ class Renderer:
         self.scene.timeline_markers.clear()
         render = self.scene.render
         render.use_compositing = render.use_sequencer = False
+        # Blender renders the scenes that nodes show all the same, of ours the whole frame.
+        compat.drop_compositor(self.scene)
         render.use_border = render.use_multiview = False
         render.resolution_percentage = percentage
         if render.engine == "CYCLES":

@@ -5,6 +5,7 @@ blender -b --factory-startup -P docs/make_blender_sample.py -- rack_focus_sample
 """
 
 import math
+import os
 import sys
 
 import bpy
@@ -67,11 +68,11 @@ def make_scene():
 
 
 def main(path):
-    """Saves the file."""
+    """Saves the file; some Blenders refuse names that do not begin at the root."""
     scene = make_scene()
     scene.render.engine, scene.cycles.samples = "CYCLES", 64
     scene.render.resolution_x, scene.render.resolution_y = 960, 540
-    bpy.ops.wm.save_as_mainfile(filepath=path)
+    bpy.ops.wm.save_as_mainfile(filepath=os.path.abspath(path))
 
 
 if __name__ == "__main__":

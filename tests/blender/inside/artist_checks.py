@@ -595,7 +595,7 @@ def the_tutorial():
     spec = importlib.util.spec_from_file_location("make_blender_sample", path)
     script = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(script)
-    script.main(str(OUT / "rack_focus_sample.blend"))
+    script.main(os.path.relpath(OUT / "rack_focus_sample.blend"))  # as it is pasted
     bpy.ops.wm.open_mainfile(filepath=str(OUT / "rack_focus_sample.blend"))
     scene = bpy.context.scene
     assert len([o for o in scene.objects if o.type == "MESH"]) == 28

@@ -69,11 +69,14 @@ def pick_focus():
 
 @check
 def compare_with_physical():
-    """Scores and three images; nothing else is left."""
+    """Scores and three images; nothing else is left, and no node of ours runs."""
     scene, data = start()
-    before = counts_without_images()
+    bpy.ops.rack_focus.add_picture_node()
+    render(scene, OUT / "a.exr")
+    before, run = counts_without_images(), addon("engine").last_run[scene.name]
     bpy.ops.rack_focus.compare(percentage=100, samples=64)
     assert counts_without_images() == before
+    assert addon("engine").last_run[scene.name] is run
     sizes = [tuple(bpy.data.images[n].size) for n in addon("compare").NAMES]
     assert sizes == [(72, 48)] * 3
     read = {}
