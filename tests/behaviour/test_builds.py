@@ -208,12 +208,16 @@ project(user C)
 find_package(rackfocus 0.1 REQUIRED)
 add_executable(user user.c)
 target_link_libraries(user rackfocus::rackfocus)
+add_executable(alone user.c)
+target_link_libraries(alone rackfocus::static)
 """
 
 
 def test_programs_find_the_installed_library(tmp_path):
-    """By pkg-config, and by CMake wherever the tree is moved to."""
-    tree = tmp_path / "tree"
+    """By pkg-config, and by CMake wherever the tree is moved to; also without a library
+    beside them.
+    """
+    tree = tmp_path / "a tree"
     run("meson", "install", "-C", BUILD, "--no-rebuild", "--destdir", tree)
     (pc,) = tree.rglob("rackfocus.pc")
     (config,) = tree.rglob("rackfocus-config.cmake")
@@ -226,6 +230,11 @@ def test_programs_find_the_installed_library(tmp_path):
         **dict(env=environment, capture_output=True, text=True, check=True),
     ).stdout
     assert "-lrackfocus" in flags and "-I" in flags
+    line = 'eval "cc user.c -static $(pkg-config --static --cflags --libs rackfocus)"'
+    paths = pc.read_text().replace("prefix=/usr/local", f"prefix={tree}/usr/local")
+    pc.write_text(paths.replace("a tree", "a\\ tree"))
+    subprocess.run(["sh", "-ec", line], cwd=tmp_path, env=environment, check=True)
+    subprocess.run([tmp_path / "a.out"], check=True)
     if not shutil.which("cmake"):
         pytest.skip("cmake is not installed")
     run(
@@ -238,3 +247,5 @@ def test_programs_find_the_installed_library(tmp_path):
     )
     run("cmake", "--build", tmp_path / "b")
     subprocess.run([tmp_path / "b" / "user"], check=True)
+    shutil.rmtree(tree)
+    subprocess.run([tmp_path / "b" / "alone"], check=True)
