@@ -87,8 +87,9 @@ static int fail_of(const struct run *run, const struct source *source,
     if (error->code == RF_ERROR_DEPTH && source == &run->source)
         depth_explain(&run->numbers, source, &run->settings->params, way_out,
                       sizeof(way_out));
-    return app_fail(run->error, APP_FAILED, "%s: %s%s", image_path(input),
-                    error->message, way_out);
+    return app_fail(run->error,
+                    error->code == RF_ERROR_MEMORY ? APP_NO_MEMORY : APP_FAILED,
+                    "%s: %s%s", image_path(input), error->message, way_out);
 }
 
 int filter_fail_core(const struct run *run, const struct rf_error *error)

@@ -555,6 +555,20 @@ static int run_steps(struct run *run)
     return code;
 }
 
+/* Adds the file, where it is not named, and the way out. */
+static void explain_memory(struct run *run)
+{
+    const char *path = image_path(run->source.colour);
+    const bool is_named = strncmp(run->error->message, path, strlen(path)) == 0;
+    const struct image_error before = *run->error;
+    app_fail(run->error, APP_NO_MEMORY, "%s%s%s; %s", is_named ? "" : path,
+             is_named ? "" : ": ", before.message[0] ? before.message : "out of memory",
+             !windows_are_possible(run) ? "free some memory, or give a smaller picture"
+             : run->tool->max_memory_mib
+                 ? "allow less by --max-memory"
+                 : "--max-memory MIB reads, filters and writes it in parts");
+}
+
 static void free_run(struct run *run)
 {
     windows_free(run);
@@ -606,6 +620,8 @@ int filter_run(const struct filter_options *tool, struct settings *settings,
         tool->kept->height = run.source.height;
     }
     code = run_steps(&run);
+    if (code == APP_NO_MEMORY)
+        explain_memory(&run);
     free_run(&run);
     return code;
 }

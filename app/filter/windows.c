@@ -107,17 +107,25 @@ static bool is_possible(const struct source *source, const struct rf_params *par
            source_has_one_window(source);
 }
 
-bool windows_are_needed(const struct run *run)
+bool windows_are_possible(const struct run *run)
 {
     const struct filter_options *tool = run->tool;
-    const size_t most_bytes = (size_t)tool->max_memory_mib << 20;
-    const int n = filter_n_views(run);
+    const bool is_read = !run->has_views || run->views.sources;
+    const struct source *sources = is_read ? sources_of(run) : &run->source;
+    const int n = is_read ? filter_n_views(run) : 1;
     bool can_be = !run->is_deep && !tool->view && !tool->output_coc && !tool->denoise &&
                   tool->supersample < 2 && !tool->filter_layers &&
                   !seen_is_asked(tool) && picture_kind(tool->output) == PICTURE_EXR;
     for (int i = 0; i < n && can_be; i++)
-        can_be = is_possible(&sources_of(run)[i], &run->settings->params);
-    return most_bytes && can_be && whole_bytes(&run->source, n) > most_bytes;
+        can_be = is_possible(&sources[i], &run->settings->params);
+    return can_be;
+}
+
+bool windows_are_needed(const struct run *run)
+{
+    const size_t most_bytes = (size_t)run->tool->max_memory_mib << 20;
+    return most_bytes && windows_are_possible(run) &&
+           whole_bytes(&run->source, filter_n_views(run)) > most_bytes;
 }
 
 static int fail_image(const struct windows *w)

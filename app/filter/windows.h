@@ -11,6 +11,10 @@
 
 struct run;
 
+/* Does the way through windows know pictures like this one? Before its views are read
+ * the first of them counts alone. */
+bool windows_are_possible(const struct run *run);
+
 /* Would the picture take more memory than is allowed, and does the way through windows
  * know pictures like this one? */
 bool windows_are_needed(const struct run *run);
