@@ -664,6 +664,8 @@ bool image_find_view_layer(const struct image_input *input, const char *view,
 
     if (depth_channel) {
         found->z = channel_by_name(input, depth_channel);
+        if (found->z >= 0 && found->z == found->a)
+            found->a = -1; /* Unreal's captures have the depth there */
         if (found->z >= 0)
             return true;
         list_channels(input, list, sizeof list);

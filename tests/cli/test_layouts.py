@@ -265,6 +265,17 @@ def test_an_unusual_name_must_be_the_only_one(rackfocus, tmp_path):
     assert "name the depth with --depth-channel" in done.stderr
 
 
+def test_depth_in_alpha_is_no_alpha(filtered, want, rackfocus, tmp_path):
+    """Unreal's captures of a scene have the depth there, in centimetres."""
+    channels = picture()
+    channels["A"] = 100 * channels.pop("Z")
+    path = plainexr.write(tmp_path / "a.exr", channels)
+    words = ("--depth-channel", "A", "--depth-scale", "0.01")
+    assert (filtered(path, "RGB", *words) == want).all()
+    assert set(plainexr.read(tmp_path / "out.exr")[0]) == set("RGB")
+    assert "with alpha" not in rackfocus("info", path, *words).stdout
+
+
 def colour_and_depth():
     channels = picture()
     return {n: channels[n] for n in "RGB"}, {"Z": channels["Z"]}
