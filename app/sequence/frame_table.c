@@ -5,6 +5,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 
 #include "common/frame_list.h"
 #include "common/report.h"
@@ -68,19 +69,44 @@ static bool check_commas(const char *line, const char *path, int number,
         path, number, is_tab ? "tabs" : "semicolons (;)");
 }
 
+/* The next cell of a line, without blanks and quotes around it: many programs write all
+ * cells in quotes. */
+static char *next_cell(char **rest)
+{
+    char *word = trim(strsep(rest, ","));
+    const size_t n = strlen(word);
+    if (n < 2 || word[0] != '"' || word[n - 1] != '"')
+        return word;
+    word[n - 1] = '\0';
+    return trim(word + 1);
+}
+
+/* A whole number, of tables of floats too: 12 or 12.0. */
+static bool read_frame(const char *word, int32_t *frame)
+{
+    char whole[16];
+    const char *point = strchr(word, '.');
+    const size_t n = point ? (size_t)(point - word) : 0;
+    if (n == 0 || n >= sizeof(whole) || strspn(point + 1, "0") != strlen(point + 1))
+        return frame_number_parse(word, frame);
+    memcpy(whole, word, n);
+    whole[n] = '\0';
+    return frame_number_parse(whole, frame);
+}
+
 static bool read_keys(struct frame_table *table, char *line, const char *path,
                       int number, struct image_error *error)
 {
     if (!check_commas(line, path, number, error))
         return false;
-    char *rest = line, *word = trim(strsep(&rest, ","));
-    if (strcmp(word, "frame") != 0 || !rest)
+    char *rest = line, *word = next_cell(&rest);
+    if (strcasecmp(word, "frame") != 0 || !rest)
         return set_error(error,
                          "%s:%d: the first line names the columns: frame, then "
                          "parameters, as in frame,focus-distance",
                          path, number);
     while (rest) {
-        word = trim(strsep(&rest, ","));
+        word = next_cell(&rest);
         const bool is_easing = strcmp(word, "easing") == 0;
         if (has_column(table, word))
             return set_error(error,
@@ -144,10 +170,15 @@ static bool read_row(struct frame_table *table, char *line, const char *path,
     if (!check_commas(line, path, number, error))
         return false;
     char *rest = line;
-    const char *word = trim(strsep(&rest, ","));
+    const char *word = next_cell(&rest);
     int32_t frame;
-    bool is_good = frame_number_parse(word, &frame);
-    if (is_good && has_row(table, frame))
+    bool is_good = read_frame(word, &frame);
+    if (!is_good)
+        return set_error(error,
+                         "%s:%d: '%s' is no number of a frame; a row begins with a "
+                         "whole one",
+                         path, number, word);
+    if (has_row(table, frame))
         return set_error(error,
                          "%s:%d: frame %s has a row before this one; leave one of "
                          "them out",
@@ -157,10 +188,10 @@ static bool read_row(struct frame_table *table, char *line, const char *path,
         !grow((void **)&table->values, n_rows * n_keys, (n_rows + 1) * n_keys,
               sizeof(*table->values), error))
         return false;
-    table->frames[n_rows] = is_good ? frame : 0;
+    table->frames[n_rows] = frame;
     table->n_rows++;
     for (size_t i = 0; i < n_keys && is_good; i++) {
-        char *value = rest ? trim(strsep(&rest, ",")) : NULL;
+        char *value = rest ? next_cell(&rest) : NULL;
         is_good = value && *value;
         if (is_good && !copy_text(&table->values[n_rows * n_keys + i], value, error))
             return false;

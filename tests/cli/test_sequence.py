@@ -216,7 +216,9 @@ def test_what_0_turns_off_is_not_on_by_degrees(run, shot, tmp_path):
         ("frame,focus\n1,3\n", "there is no parameter 'focus'"),
         ("frame,f-stop\n1\n", "csv:2: a row is a frame and 1 value"),
         ("frame,f-stop\n1,2,3\n", "csv:2: a row is"),
-        ("frame,f-stop\none,2\n", "csv:2: a row is"),
+        ("frame,f-stop\none,2\n", "csv:2: 'one' is no number of a frame; a row"),
+        ("frame,f-stop\n1.5,2\n", "csv:2: '1.5' is no number of a frame; a row"),
+        ('frame,f-stop\n1,""\n', "csv:2: a row is a frame and 1 value"),
         ("frame,f-stop\n", "has no rows"),
         ("frame,f-stop,f-stop\n1,2,3\n", "csv:1: there are two columns 'f-stop'"),
         ("frame,f-stop,f_stop\n1,2,3\n", "csv:1: there are two columns 'f_stop'"),
@@ -235,6 +237,15 @@ def test_bad_tables(run, shot, tmp_path, text, reason):
     done = run(shot(1), "--frame-parameters", table, code=1)
     assert reason in done.stderr
     assert made(tmp_path) == []
+
+
+def test_a_table_of_a_program(run, shot, tmp_path):
+    """Libraries write every cell in quotes, and frames as floats."""
+    table = tmp_path / "focus.csv"
+    table.write_text('"Frame","f-stop"\n"1.0","2"\n')
+    run(shot(1), "--frame-parameters", table)
+    text = plainexr.read_header((tmp_path / "out.0001.exr").read_bytes())[0]
+    assert "--f-stop 2" in text["rackfocus:filtered"]
 
 
 def test_a_table_of_excel(run, shot, tmp_path):
