@@ -22,12 +22,14 @@ static bool read_line(const char *path, int number, char *line,
                       const struct settings *typed, struct settings *found,
                       struct image_error *error)
 {
-    char key[64], value[64], more[64];
+    char word[64], value[64], more[64];
     struct rf_error wrong;
     line[strcspn(line, "#\r\n")] = 0;
-    const int n = sscanf(line, " %63s %63s %63s", key, value, more);
+    const int n = sscanf(line, " %63s %63s %63s", word, value, more);
     if (n < 1)
         return true;
+    /* As it is typed, and as `rackfocus looks` prints it. */
+    const char *key = strncmp(word, "--", 2) == 0 ? word + 2 : word;
     const char other = other_separator(line);
     if (other)
         return set_error(error,

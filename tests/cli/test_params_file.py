@@ -19,7 +19,7 @@ def is_same(a, b):
 def test_a_file_is_as_good_as_options(rackfocus, scene, tmp_path):
     params = tmp_path / "lens.params"
     params.write_text(
-        "# a lens\n\nfocus-distance 3\nf-stop 9 # too small\nf-stop 0.1\nblades 5\n"
+        "# a lens\n\nfocus-distance 3\nf-stop 9 # too small\nf-stop 0.1\n--blades 5\n"
     )
     options = ["--focus-distance", "3", "--f-stop", "0.1", "--blades", "5"]
     by_file = made(rackfocus, scene, tmp_path, "--params", params)
@@ -46,6 +46,8 @@ def test_options_win(rackfocus, scene, tmp_path):
         ("f-stop=2.8", "a '=' behind the parameter; a space stands"),
         ("f-stop = 2.8", "a '=' behind the parameter; a space stands"),
         ("f-stop; 2.8", "a ';' behind"),
+        ("--f-stop 2.8 --blades 5", "more behind f-stop and its value: '--blades'"),
+        ("--no-split-edges", "'no-split-edges' is not a parameter and its value"),
         ("f-stop 2.8 blades 5", "more behind f-stop and its value: 'blades'"),
     ],
 )
