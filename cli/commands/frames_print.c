@@ -156,7 +156,7 @@ static void print_cell(FILE *file, const struct frame_check *frame, const char *
     fprintf(file, "<figure class=\"%s\">", frame_verdict_word(frame->verdict));
     if (small) {
         fputs("<img loading=\"lazy\" alt=\"\" src=\"", file);
-        html_print(file, os_path_name(folder));
+        html_print_address(file, os_path_name(folder));
         fprintf(file, "/%s\">", small);
     }
     fprintf(file, "<figcaption><b>%d</b> %s", (int)frame->number,

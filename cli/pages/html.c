@@ -30,6 +30,16 @@ void html_print(FILE *file, const char *text)
             fputc(*text, file);
 }
 
+void html_print_address(FILE *file, const char *name)
+{
+    for (; *name; name++)
+        if (strchr("-_.", *name) || (*name >= '0' && *name <= '9') ||
+            (*name >= 'A' && *name <= 'Z') || (*name >= 'a' && *name <= 'z'))
+            fputc(*name, file);
+        else
+            fprintf(file, "%%%02x", (unsigned char)*name);
+}
+
 char *html_make_folder(const char *page, const char *ending, struct image_error *error)
 {
     const char *name = os_path_name(page), *dot = strrchr(name, '.');

@@ -15,6 +15,10 @@ bool html_check_name(const char *page);
 /* Text with its <, & and " escaped. */
 void html_print(FILE *file, const char *text);
 
+/* The name of a file or folder beside the page as an address, also within a string of
+ * JavaScript: a # or % of its own would mean something else there. */
+void html_print_address(FILE *file, const char *name);
+
 /*
  * The folder of the page's pictures, "shot_frames" for "shot.html" and "_frames", made
  * if it is not there. A new one is removed with what is in it when the process ends, if

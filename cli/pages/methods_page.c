@@ -152,19 +152,6 @@ static void print_row(FILE *file, const struct methods_entry *entry)
             entry->flip, m->ssim, 100 * (m->energy_ratio - 1), leak);
 }
 
-/* A name of a folder as a string of JavaScript, an address within the page's place. */
-static void print_address(FILE *file, const char *name)
-{
-    fputc('"', file);
-    for (; *name; name++)
-        if (strchr("-_.", *name) || (*name >= '0' && *name <= '9') ||
-            (*name >= 'A' && *name <= 'Z') || (*name >= 'a' && *name <= 'z'))
-            fputc(*name, file);
-        else
-            fprintf(file, "%%%02x", (unsigned char)*name);
-    fputc('"', file);
-}
-
 static void print_page(FILE *file, const void *data)
 {
     const struct page *page = data;
@@ -184,9 +171,9 @@ static void print_page(FILE *file, const void *data)
     for (int i = 0; i < page->n_entries; i++)
         print_row(file, &page->entries[i]);
     fputs(notes, file);
-    fputs("<script>\nconst FOLDER = ", file);
-    print_address(file, os_path_name(page->folder));
-    fprintf(file, ", WIDTH = %d, HEIGHT = %d;\n", (int)subject->width,
+    fputs("<script>\nconst FOLDER = \"", file);
+    html_print_address(file, os_path_name(page->folder));
+    fprintf(file, "\", WIDTH = %d, HEIGHT = %d;\n", (int)subject->width,
             (int)subject->height);
     fputs(script, file);
 }

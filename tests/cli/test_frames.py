@@ -6,6 +6,7 @@ import os
 import re
 import shlex
 import subprocess
+import urllib.parse
 
 import pytest
 
@@ -221,6 +222,16 @@ def test_what_the_killed_left_is_folded(run, shot, tmp_path):
     journal.rename(f"{journal}.elsewhere-{2**22 + 5}-1f")
     run(*shot, "--anew")
     assert len(journals(tmp_path)) == 2
+
+
+def test_a_sheet_finds_its_pictures_whatever_it_is_called(rackfocus, scene, tmp_path):
+    """In an address a # begins a place on the page, and a % two digits."""
+    scene("s.1.exr")
+    rackfocus("frames", "s.#.exr", "--html", "s.# 50%'.html", cwd=tmp_path)
+    page = (tmp_path / "s.# 50%'.html").read_text()
+    (address,) = re.findall(r'<img [^>]*src="([^"]*)"', page)
+    path = urllib.parse.urlparse(urllib.parse.urljoin("file:///x/p.html", address)).path
+    assert (tmp_path / urllib.parse.unquote(path).removeprefix("/x/")).exists()
 
 
 def test_a_sheet_without_room_for_its_pictures(rackfocus, scene, tmp_path):
