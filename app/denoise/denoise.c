@@ -15,7 +15,7 @@
 /* ---- the library ----------------------------------------------------------------- */
 
 /* Of its header, which is not needed to build: types are opaque, values fixed. */
-enum { OIDN_DEVICE_CPU = 1, OIDN_FORMAT_FLOAT3 = 3 };
+enum { OIDN_DEVICE_CPU = 1, OIDN_FORMAT_FLOAT3 = 3, OIDN_ERROR_OUT_OF_MEMORY = 4 };
 
 /* Its numbers of enum denoise_quality, since version 2.0, 2.3 for the last. */
 static const int QUALITIES[] = {6, 5, 4};
@@ -212,10 +212,14 @@ static bool execute(struct denoiser *d, void *filter, const struct part *part,
     d->commit_filter(filter);
     d->execute_filter(filter);
     d->release_filter(filter);
-    if (d->get_error(d->device, &text) == 0)
+    const int reason = d->get_error(d->device, &text);
+    if (reason == 0)
         return true;
-    return set_error(error, "%s: Open Image Denoise failed: %s", part->picture->path,
-                     text ? text : "without a reason");
+    return set_error(error, "%s: Open Image Denoise failed: %s%s", part->picture->path,
+                     text ? text : "without a reason",
+                     reason == OIDN_ERROR_OUT_OF_MEMORY
+                         ? "; free some memory, or give a smaller picture"
+                         : "");
 }
 
 /* What a filter has to work on; `rgb` NULL: the guides alone. */

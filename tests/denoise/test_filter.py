@@ -2,10 +2,11 @@
 """filter --denoise: grain out before the lens, and of several views after it as well."""
 
 import os
+import subprocess
 
 import numpy as np
 import OpenImageIO as oiio
-from conftest import REFERENCES, read, write
+from conftest import BUILD, REFERENCES, read, write
 
 POSTS = REFERENCES / "posts_pinhole.exr"
 
@@ -290,3 +291,38 @@ def test_more_of_the_lens_is_told_apart(clean, tmp_path):
         made[n] = read(out)[0]
     assert np.array_equal(made[None], made[16])
     assert not np.array_equal(made[None], made[4])
+
+
+def test_a_denoiser_without_memory_names_the_way_out(binary, oidn, tmp_path):
+    """Six allocations fail, one in each run: the library's own for the most part, which
+    may abort where it makes its threads.
+    """
+    pixels, names = read(POSTS)
+    source = write(tmp_path / "in.exr", pixels[::10, ::10], names, POSTS)
+    out, count = tmp_path / "out.exr", tmp_path / "count"
+    words = [
+        "filter",
+        source,
+        "-o",
+        out,
+        "--denoise",
+        "--denoise-quality",
+        "fast",
+        "-j1",
+    ]
+    failing = str(BUILD / "tests/faults/libfailing.so")
+
+    def run(**faults):
+        environment = {**os.environ, "RACKFOCUS_OIDN": str(oidn), "LD_PRELOAD": failing}
+        environment.update(faults)
+        return subprocess.run(
+            [binary, *words], env=environment, capture_output=True, text=True
+        )
+
+    assert run(FAIL_COUNT=str(count)).returncode == 0
+    n = int(count.read_text().split()[0])
+    out.write_bytes(b"old")
+    said = [run(FAIL_ALLOCATION=str(n * i // 12)).stderr for i in range(4, 10)]
+    way = "in.exr: Open Image Denoise failed: out of memory; free some memory, or"
+    assert sum(way in text for text in said) >= 2, said
+    assert out.read_bytes() == b"old" or "" in said
