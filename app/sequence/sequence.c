@@ -17,6 +17,7 @@
 #include "sequence/frame_table.h"
 #include "sequence/frames_check.h"
 #include "sequence/journal.h"
+#include "sources/picture.h"
 #include "thread.h"
 
 enum state { WAITING, MADE, SKIPPED, FAILED, CANCELLED };
@@ -595,6 +596,17 @@ static bool check_outputs(const struct filter_options *tool, struct image_error 
     return true;
 }
 
+/* The folders of the outputs, which have no place for the number: else every frame says
+ * that its own is not there. */
+static bool check_folders(const struct filter_options *tool, struct image_error *error)
+{
+    const char *const outputs[] = {tool->output, tool->output_coc, tool->flattened};
+    for (size_t i = 0; i < sizeof(outputs) / sizeof(outputs[0]); i++)
+        if (outputs[i] && !picture_check_writable(outputs[i], error))
+            return false;
+    return true;
+}
+
 /* The host of the frames: several are made at a time, so no progress is shown. */
 static struct app_host host_of_frames(const struct app_host *host)
 {
@@ -638,6 +650,8 @@ int sequence_run(const struct sequence_options *how, const struct filter_options
     if (!check_outputs(tool, error))
         return APP_USAGE;
     int code = list_frames(&sequence, paths[0]);
+    if (code == APP_DONE && !how->report && !check_folders(tool, error))
+        code = app_code_of(error);
     if (code == APP_DONE && how->parameters)
         code = frame_table_read(&sequence.table, how->parameters, error)
                    ? warn_typed(&sequence)

@@ -118,6 +118,12 @@ def test_failed_frames_do_not_stop_the_rest(run, shot, tmp_path):
     assert "No such file" in failed[0] and "shot.0004.exr" in failed[1]
 
 
+def test_a_folder_that_is_not_there_is_said_once(run, shot, tmp_path):
+    done = run(shot(3), name="nowhere/out.####.exr", code=1)
+    assert done.stderr.count("\n") == 1 and done.stdout == ""
+    assert "nowhere/out.####.exr: cannot write into its folder: No such" in done.stderr
+
+
 def test_parameters_per_frame(run, shot, rackfocus, tmp_path):
     pattern, table = shot(), tmp_path / "focus.csv"
     table.write_text(
