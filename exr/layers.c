@@ -453,12 +453,24 @@ static int depth_score(const struct image_input *input, const struct name *depth
     return 1;
 }
 
+/* Is a plain Z, without a layer, that of another view? Beside `multiView` what has neither
+ * layer nor view is the first view's (OpenEXR, "Multi-View OpenEXR"). */
+static bool is_plain_of_other_view(const struct image_input *input, const char *view,
+                                   const struct name *name)
+{
+    return !name->view[0] && name->n == 0 && multi_view(input, name->part) &&
+           !is_of_view(input, "", view);
+}
+
 /* 2 depth_score() and one more for depth of the same view. `view` may be NULL: any. Where
  * colour and depth have one, depth without serves last. */
 static int depth_rank(const struct image_input *input, const char *view,
                       const struct name *depth, const struct name *colour)
 {
     if (view && depth->view[0] && !is_of_view(input, depth->view, view))
+        return 0;
+    const char *own = view || !colour || !colour->view[0] ? view : colour->view;
+    if (own && is_plain_of_other_view(input, own, depth))
         return 0;
     const int score = depth_score(input, depth, colour);
     return score > 0 ? 2 * score + (colour && is_same_view(depth, colour)) : 0;

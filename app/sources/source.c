@@ -216,6 +216,14 @@ static bool is_of_other_layer(const struct source *source)
     return false;
 }
 
+/* Is the depth of no view or of the first, and the colour of another one? */
+static bool is_of_no_view(const struct source *source)
+{
+    const char *view =
+        source->layer.r < 0 ? NULL : image_view_of(source->colour, source->layer.r);
+    return view && strcmp(view, image_view_of(source->colour, source->layer.z)) != 0;
+}
+
 /* Depth: --depth-file, else the second file, else the colour's own. */
 static bool find_depth(struct source *source, const struct source_request *request,
                        struct image_error *error)
@@ -233,6 +241,7 @@ static bool find_depth(struct source *source, const struct source_request *reque
         source->z_rival = source->layer.z_rival;
         source->is_rival_weak = source->layer.is_rival_weak;
         source->is_of_other = !request->depth_channel && is_of_other_layer(source);
+        source->is_of_no_view = !request->depth_channel && is_of_no_view(source);
     }
     return true;
 }
@@ -278,7 +287,7 @@ bool source_open(struct source *source, const struct source_request *request,
     /* A depth channel that is asked for may be in the second file. */
     const bool has_own_depth = !request->depth_file && request->n_paths == 1;
     const char *own_channel = has_own_depth ? request->depth_channel : NULL;
-    *source = (struct source){.z = -1, .z_rival = -1};
+    *source = (struct source){.z = -1, .z_rival = -1, .view = request->view};
     if (!image_open(&source->colour, request->paths[0], error))
         return false;
     if (!find_colour(source, request, own_channel, error) ||
@@ -401,10 +410,11 @@ bool source_check_depth(const struct source *source, struct image_error *error)
     if (source->z < 0)
         return set_error(
             error,
-            "%s: there is no depth channel; its channels are %s; name the depth "
+            "%s: there is no depth channel%s%s; its channels are %s; name the depth "
             "with --depth-channel, or give the file that has it with "
             "--depth-file",
-            image_path(source->colour), channels);
+            image_path(source->colour), source->view ? " of the view " : "",
+            source->view ? source->view : "", channels);
     if (source->info.is_deep && source->depth != source->colour)
         return set_error(
             error,
@@ -546,7 +556,7 @@ void source_say_doubts(const struct source *source,
 bool source_explains_depth(const struct source *source, char *text, size_t n_bytes)
 {
     int n;
-    if (!source->is_red && !source->is_of_other)
+    if (!source->is_red && !source->is_of_other && !source->is_of_no_view)
         return false;
     const char *name = image_channels(source->depth, &n)[source->z].name;
     if (source->is_red)
@@ -554,6 +564,11 @@ bool source_explains_depth(const struct source *source, char *text, size_t n_byt
                  "is taken from %s of a picture whose red, green and blue are equal; "
                  "--depth-channel %s says that it is meant",
                  name, name);
+    else if (source->is_of_no_view)
+        snprintf(text, n_bytes,
+                 "is %s, which says no view, and what %s sees lies elsewhere; render "
+                 "each view with its depth, or say --depth-channel %s if that is meant",
+                 name, image_view_of(source->colour, source->layer.r), name);
     else
         snprintf(text, n_bytes,
                  "is %s, of another layer with a picture of its own: %s has none; "

@@ -32,7 +32,9 @@ struct source {
     bool is_rival_weak;        /* as of image_layer */
     bool is_red;      /* z is the red of a --depth-file whose colours are equal */
     bool is_of_other; /* z is of another layer than the colour, with its own picture */
-    int part;         /* of the colour, else of the depth */
+    bool is_of_no_view; /* z, and the colour is of another view than the first */
+    const char *view;   /* that was asked for; NULL: none */
+    int part;           /* of the colour, else of the depth */
     struct image_part_info info; /* of that part */
     int32_t width, height;       /* of its data window */
     int n_channels;              /* of the colour: 1 grey, 3 RGB, 4 RGBA */

@@ -187,6 +187,32 @@ def both(pair, tmp_path):
     return plainexr.write(tmp_path / "both.exr", channels, attributes)
 
 
+def test_the_eye_without_depth_is_named(rackfocus, both, tmp_path):
+    channels = plainexr.read(both)[0]
+    del channels["right.Z"]
+    attributes = LENS | {"multiView": ["left", "right"]}
+    path = plainexr.write(tmp_path / "one.exr", channels, attributes)
+    out = tmp_path / "out.exr"
+    done = rackfocus("filter", path, "--stereo", "-o", out, code=1)
+    assert "one.exr: there is no depth channel of the view right;" in done.stderr
+    assert not out.exists()
+    done = rackfocus("filter", path, "--layer", "right", "-o", out, code=1)
+    assert "one.exr: there is no depth channel;" in done.stderr
+
+
+def test_one_depth_for_both_eyes_is_told(rackfocus, both, tmp_path):
+    """A layer without a view may be of all of them; it fits one."""
+    channels = plainexr.read(both)[0]
+    channels["depth.Z"] = channels.pop("Z")
+    del channels["right.Z"]
+    attributes = LENS | {"multiView": ["left", "right"]}
+    path = plainexr.write(tmp_path / "one.exr", channels, attributes)
+    words = ("filter", path, "--stereo", "-o", tmp_path / "out.exr")
+    said = rackfocus(*words).stderr
+    assert said.count("\n") == 1 and "is depth.Z, which says no view, and what" in said
+    assert rackfocus(*words, "--depth-channel", "depth.Z").stderr == ""
+
+
 def each(rackfocus, pair, tmp_path):
     """What each gives with the focus of the left one."""
     return [filtered(rackfocus, path, tmp_path, "--focus-distance", 6) for path in pair]
