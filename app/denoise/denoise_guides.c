@@ -28,7 +28,7 @@ static bool find_guide(const struct source *source, const char *const *names,
         int n_found = 0;
         for (int base = 0; base < 3; base++)
             for (int c = 0; c < n && n_found == base; c++)
-                if (beside_is(info[c].name, *names, base) &&
+                if (beside_is(source, c, *names, base) &&
                     (base == 0 || info[c].part == info[channels[0]].part))
                     channels[n_found++] = c;
         if (n_found == 3)

@@ -2,21 +2,35 @@
 #include "sources/beside.h"
 
 #include <ctype.h>
-#include <stddef.h>
 #include <string.h>
 #include <strings.h>
 
-bool beside_is(const char *channel, const char *layer, int base)
+/* The view of the colour; NULL: it has none. */
+static const char *view_of(const struct source *source)
 {
-    const char *dot = strrchr(channel, '.');
-    if (!dot || dot[1] == '\0' || dot[2] != '\0')
+    return source->layer.r < 0 ? NULL : image_view_of(source->colour, source->layer.r);
+}
+
+bool beside_is(const struct source *source, int channel, const char *layer, int base)
+{
+    int count;
+    const char *name = image_channels(source->colour, &count)[channel].name;
+    const char *view = view_of(source), *own = image_view_of(source->colour, channel);
+    const char *dot = strrchr(name, '.');
+    if (!dot || dot[1] == '\0' || dot[2] != '\0' ||
+        (view && (!own || strcmp(own, view) != 0)))
         return false;
     const int c = toupper((unsigned char)dot[1]);
     if (c != "XYZ"[base] && c != "RGB"[base])
         return false;
-    const size_t n = strlen(layer), before = (size_t)(dot - channel);
-    return before >= n && strncasecmp(dot - n, layer, n) == 0 &&
-           (before == n || dot[-(ptrdiff_t)n - 1] == '.');
+    const size_t n = strlen(layer), n_view = view ? strlen(view) : 0;
+    size_t before = (size_t)(dot - name);
+    /* Where views share a part theirs may stand before the letter. */
+    if (n_view && before > n_view && name[before - n_view - 1] == '.' &&
+        strncmp(name + before - n_view, view, n_view) == 0)
+        before -= n_view + 1;
+    return before >= n && strncasecmp(name + before - n, layer, n) == 0 &&
+           (before == n || name[before - n - 1] == '.');
 }
 
 bool beside_has_window(const struct source *source, int channel)

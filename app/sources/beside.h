@@ -7,8 +7,9 @@
 
 #include "sources/source.h"
 
-/* Is a channel that of `base` (0 to 2, x y z or r g b) in a layer of that name? */
-bool beside_is(const char *channel, const char *layer, int base);
+/* Is a channel that of `base` (0 to 2, x y z or r g b) in a layer of that name, of the
+ * view that the colour is of? */
+bool beside_is(const struct source *source, int channel, const char *layer, int base);
 
 /* Has the part of a channel the data window of the colour? */
 bool beside_has_window(const struct source *source, int channel);

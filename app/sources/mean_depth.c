@@ -11,10 +11,9 @@
 static int find_channel(const struct source *source)
 {
     int n;
-    const struct image_channel_info *channels = image_channels(source->colour, &n);
+    image_channels(source->colour, &n);
     for (int c = 0; c < n; c++)
-        if (beside_is(channels[c].name, "Denoising Depth", 2) &&
-            beside_has_window(source, c))
+        if (beside_is(source, c, "Denoising Depth", 2) && beside_has_window(source, c))
             return c;
     return -1;
 }

@@ -6,6 +6,7 @@ import subprocess
 
 import numpy as np
 import OpenImageIO as oiio
+import pytest
 from conftest import BUILD, REFERENCES, read, write
 
 POSTS = REFERENCES / "posts_pinhole.exr"
@@ -326,3 +327,38 @@ def test_a_denoiser_without_memory_names_the_way_out(binary, oidn, tmp_path):
     way = "in.exr: Open Image Denoise failed: out of memory; free some memory, or"
     assert sum(way in text for text in said) >= 2, said
     assert out.read_bytes() == b"old" or "" in said
+
+
+@pytest.mark.parametrize(
+    "layer", ["{view}denoise_albedo.{c}", "denoise_albedo.{mid}{c}"]
+)
+def test_each_eye_has_its_own_guides(clean, tmp_path, layer):
+    """What left has under the same name is a texture that lies elsewhere."""
+    rng = np.random.default_rng(5)
+    y, x = np.mgrid[:48, :64]
+    planes, names, files = [], [], {}
+    for k, view in enumerate(("left", "right")):
+        albedo = (0.25 + 0.5 * ((x // 3 + y // 3 + k) % 2))[..., None].repeat(3, -1)
+        noisy = np.maximum(albedo + rng.normal(0, 0.3, albedo.shape), 0)
+        mine = [noisy, np.full((48, 64, 1), 10.0), albedo]
+        alone = [*"RGBZ", *(f"denoise_albedo.{c}" for c in "RGB")]
+        files[view] = write(tmp_path / f"{view}.exr", np.concatenate(mine, -1), alone)
+        start, mid = ("right.", "right.") if k else ("", "")
+        planes += mine
+        names += [f"{start}{c}" for c in "RGBZ"]
+        names += [layer.format(view=start, mid=mid, c=c) for c in "RGB"]
+    pixels = np.ascontiguousarray(np.concatenate(planes, -1), np.float32)
+    spec = oiio.ImageSpec(64, 48, pixels.shape[-1], "float")
+    spec.channelnames = tuple(names)
+    spec.attribute("multiView", oiio.TypeDesc("string[2]"), ("left", "right"))
+    both = oiio.ImageOutput.create(str(tmp_path / "both.exr"))
+    assert both.open(str(tmp_path / "both.exr"), spec) and both.write_image(pixels)
+    both.close()
+    lens = ["--focus-distance", "10", "--denoise", "--type", "float", "-q"]
+    clean(
+        "filter", tmp_path / "both.exr", "--stereo", "-o", tmp_path / "o_%V.exr", *lens
+    )
+    for view, path in files.items():
+        clean("filter", path, "-o", tmp_path / "alone.exr", *lens)
+        got, want = read(tmp_path / f"o_{view}.exr")[0], read(tmp_path / "alone.exr")[0]
+        assert np.array_equal(got, want), view
