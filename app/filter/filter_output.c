@@ -8,6 +8,7 @@
 #include "common/report.h"
 #include "filter/filter_output.h"
 #include "filter/filter_private.h"
+#include "sources/beside.h"
 #include "sources/picture.h"
 
 /* ---- names ---------------------------------------------------------------------- */
@@ -100,21 +101,6 @@ static void add_facts(const struct run *run, struct header_facts *facts)
                                 run->tool->supersample > 1);
 }
 
-/* "v00.R" becomes "R", "ViewLayer.Combined.v00.R" "ViewLayer.Combined.R". */
-static void drop_view(const char *name, const char *view, char *out, size_t n_bytes)
-{
-    const size_t n = strlen(view);
-    const char *at = name;
-    while (at && !(strncmp(at, view, n) == 0 && at[n] == '.')) {
-        at = strchr(at, '.');
-        at = at ? at + 1 : NULL;
-    }
-    if (at)
-        snprintf(out, n_bytes, "%.*s%s", (int)(at - name), name, at + n + 1);
-    else
-        snprintf(out, n_bytes, "%s", name);
-}
-
 void filter_drop_view(const struct run *run, struct source_description *to)
 {
     const char *view = view_name(run) ? view_name(run) : eye_name(run);
@@ -123,7 +109,7 @@ void filter_drop_view(const struct run *run, struct source_description *to)
     to->output.n_attributes = to->facts.n;
     for (int i = 0; i < to->output.n_channels && view; i++) {
         char name[sizeof(to->own_names[i])];
-        drop_view(to->own_names[i], view, name, sizeof(name));
+        beside_drop_view(to->own_names[i], view, name, sizeof(name));
         strcpy(to->own_names[i], name);
     }
 }
@@ -186,8 +172,8 @@ static void name_channels(const struct run *run, int n_colours,
         if (layer->is_chroma && i < 3)
             source_channel_name(source, i, names->own[i], sizeof(names->own[i]));
         else if (view)
-            drop_view(channels[indices[i]].name, view, names->own[i],
-                      sizeof(names->own[i]));
+            beside_drop_view(channels[indices[i]].name, view, names->own[i],
+                             sizeof(names->own[i]));
         else
             names->all[i] = channels[indices[i]].name;
     }

@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "common/report.h"
+#include "sources/beside.h"
 
 /* ---- finding -------------------------------------------------------------------- */
 
@@ -52,9 +53,14 @@ static bool find_one(struct aovs *aovs, const struct source *source, const char 
 {
     int n, n_found = 0;
     const struct image_channel_info *channels = image_channels(source->colour, &n);
+    const char *view =
+        source->layer.r < 0 ? NULL : image_view_of(source->colour, source->layer.r);
     for (int c = 0; c < n; c++) {
-        if (channels[c].part != source->part ||
-            !is_of_layer(channels[c].name, layer, length))
+        char name[256];
+        beside_drop_view(channels[c].name, view ? view : "", name, sizeof(name));
+        if (channels[c].part != source->part || !beside_is_of_view(source, c) ||
+            (!is_of_layer(name, layer, length) &&
+             !is_of_layer(channels[c].name, layer, length)))
             continue;
         if (image_is_identifier(&channels[c]))
             return fail_layer(source, layer, length,

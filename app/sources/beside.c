@@ -2,6 +2,7 @@
 #include "sources/beside.h"
 
 #include <ctype.h>
+#include <stdio.h>
 #include <string.h>
 #include <strings.h>
 
@@ -11,14 +12,32 @@ static const char *view_of(const struct source *source)
     return source->layer.r < 0 ? NULL : image_view_of(source->colour, source->layer.r);
 }
 
+bool beside_is_of_view(const struct source *source, int channel)
+{
+    const char *view = view_of(source), *own = image_view_of(source->colour, channel);
+    return !view || (own && strcmp(own, view) == 0);
+}
+
+void beside_drop_view(const char *name, const char *view, char *out, size_t n_bytes)
+{
+    const size_t n = strlen(view);
+    const char *at = name;
+    while (at && !(strncmp(at, view, n) == 0 && at[n] == '.')) {
+        at = strchr(at, '.');
+        at = at ? at + 1 : NULL;
+    }
+    if (at)
+        snprintf(out, n_bytes, "%.*s%s", (int)(at - name), name, at + n + 1);
+    else
+        snprintf(out, n_bytes, "%s", name);
+}
+
 bool beside_is(const struct source *source, int channel, const char *layer, int base)
 {
     int count;
     const char *name = image_channels(source->colour, &count)[channel].name;
-    const char *view = view_of(source), *own = image_view_of(source->colour, channel);
-    const char *dot = strrchr(name, '.');
-    if (!dot || dot[1] == '\0' || dot[2] != '\0' ||
-        (view && (!own || strcmp(own, view) != 0)))
+    const char *view = view_of(source), *dot = strrchr(name, '.');
+    if (!dot || dot[1] == '\0' || dot[2] != '\0' || !beside_is_of_view(source, channel))
         return false;
     const int c = toupper((unsigned char)dot[1]);
     if (c != "XYZ"[base] && c != "RGB"[base])

@@ -7,6 +7,13 @@
 
 #include "sources/source.h"
 
+/* Is a channel of the view that the colour is of? All are where it has none. */
+bool beside_is_of_view(const struct source *source, int channel);
+
+/* A channel's name without its view: "v00.R" becomes "R", "ViewLayer.Combined.v00.R"
+ * "ViewLayer.Combined.R". */
+void beside_drop_view(const char *name, const char *view, char *out, size_t n_bytes);
+
 /* Is a channel that of `base` (0 to 2, x y z or r g b) in a layer of that name, of the
  * view that the colour is of? */
 bool beside_is(const struct source *source, int channel, const char *layer, int base);

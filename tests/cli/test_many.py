@@ -200,6 +200,28 @@ def test_the_eye_without_depth_is_named(rackfocus, both, tmp_path):
     assert "one.exr: there is no depth channel;" in done.stderr
 
 
+@pytest.mark.parametrize("layer", ["right.key.{}", "key.right.{}"])
+def test_layers_of_the_same_eye_are_filtered(rackfocus, both, tmp_path, layer):
+    """Both are flat; the other's number never comes into an eye's file."""
+    channels = plainexr.read(both)[0]
+    for c in "RGB":
+        channels[f"key.{c}"] = numpy.full_like(channels["R"], 0.25)
+        channels[layer.format(c)] = numpy.full_like(channels["R"], 0.75)
+    attributes = LENS | {"multiView": ["left", "right"]}
+    path = plainexr.write(tmp_path / "keys.exr", channels, attributes)
+    words = ("--filter-layers", "key", "-o", tmp_path / "out_%V.exr")
+    rackfocus("filter", path, "--stereo", *words)
+    for view, value in (("left", 0.25), ("right", 0.75)):
+        made = plainexr.read(tmp_path / f"out_{view}.exr")[0]
+        keys = [name for name in made if "key" in name]
+        assert len(keys) == 3 and ("right" in keys[0]) == (view == "right")
+        for name in keys:
+            assert abs(made[name] - value).max() < 1e-3
+    name = layer.removesuffix(".{}")
+    out = tmp_path / "one.exr"
+    rackfocus("filter", path, "--layer", "right", "--filter-layers", name, "-o", out)
+
+
 def test_one_depth_for_both_eyes_is_told(rackfocus, both, tmp_path):
     """A layer without a view may be of all of them; it fits one."""
     channels = plainexr.read(both)[0]
