@@ -29,6 +29,7 @@
 #include "filter/temporal_lights.h"
 #include "filter/temporal_map.h"
 #include "interrupt.h"
+#include "sources/beside.h"
 
 enum {
     SAMPLE_STEP = 4,  /* px between those that a map is tried on */
@@ -210,16 +211,21 @@ static const struct {
               {"backward.u", "backward.v", 1, {1, -1}}, /* Nuke */
               {"forward.u", "forward.v", -1, {1, -1}}};
 
-/* The channel of this name, whatever the layers before it; -1: there is none. */
-static int find_channel(const struct image_input *input, const char *name)
+/* The channel of this name, whatever the layers before it, of the colour's view; -1:
+ * there is none. */
+static int find_channel(const struct source *source, const char *name)
 {
     int n;
-    const struct image_channel_info *channels = image_channels(input, &n);
+    const struct image_channel_info *channels = image_channels(source->colour, &n);
+    const char *view = beside_view(source);
     const size_t length = strlen(name);
     for (int i = 0; i < n; i++) {
-        const size_t own = strlen(channels[i].name);
-        if (own >= length && strcmp(channels[i].name + own - length, name) == 0 &&
-            (own == length || channels[i].name[own - length - 1] == '.'))
+        char plain[256];
+        beside_drop_view(channels[i].name, view ? view : "", plain, sizeof(plain));
+        const size_t own = strlen(plain);
+        if (beside_is_of_view(source, i) && own >= length &&
+            strcmp(plain + own - length, name) == 0 &&
+            (own == length || plain[own - length - 1] == '.'))
             return i;
     }
     return -1;
@@ -235,8 +241,8 @@ static bool read_vectors(struct neighbour *from, int32_t offset, int n_threads,
     for (size_t i = 0; i < sizeof(passes) / sizeof(passes[0]); i++) {
         int n;
         const struct image_channel_info *channels = image_channels(source->colour, &n);
-        const int xy[2] = {find_channel(source->colour, passes[i].x),
-                           find_channel(source->colour, passes[i].y)};
+        const int xy[2] = {find_channel(source, passes[i].x),
+                           find_channel(source, passes[i].y)};
         if (passes[i].offset != offset || xy[0] < 0 || xy[1] < 0 ||
             channels[xy[0]].part != channels[xy[1]].part ||
             memcmp(&parts[channels[xy[0]].part].data_window, &source->info.data_window,

@@ -53,8 +53,7 @@ static bool find_one(struct aovs *aovs, const struct source *source, const char 
 {
     int n, n_found = 0;
     const struct image_channel_info *channels = image_channels(source->colour, &n);
-    const char *view =
-        source->layer.r < 0 ? NULL : image_view_of(source->colour, source->layer.r);
+    const char *view = beside_view(source);
     for (int c = 0; c < n; c++) {
         char name[256];
         beside_drop_view(channels[c].name, view ? view : "", name, sizeof(name));

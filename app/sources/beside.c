@@ -6,15 +6,15 @@
 #include <string.h>
 #include <strings.h>
 
-/* The view of the colour; NULL: it has none. */
-static const char *view_of(const struct source *source)
+const char *beside_view(const struct source *source)
 {
     return source->layer.r < 0 ? NULL : image_view_of(source->colour, source->layer.r);
 }
 
 bool beside_is_of_view(const struct source *source, int channel)
 {
-    const char *view = view_of(source), *own = image_view_of(source->colour, channel);
+    const char *view = beside_view(source),
+               *own = image_view_of(source->colour, channel);
     return !view || (own && strcmp(own, view) == 0);
 }
 
@@ -36,7 +36,7 @@ bool beside_is(const struct source *source, int channel, const char *layer, int 
 {
     int count;
     const char *name = image_channels(source->colour, &count)[channel].name;
-    const char *view = view_of(source), *dot = strrchr(name, '.');
+    const char *view = beside_view(source), *dot = strrchr(name, '.');
     if (!dot || dot[1] == '\0' || dot[2] != '\0' || !beside_is_of_view(source, channel))
         return false;
     const int c = toupper((unsigned char)dot[1]);

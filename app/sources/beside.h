@@ -7,6 +7,9 @@
 
 #include "sources/source.h"
 
+/* The view of the colour; NULL: it has none. */
+const char *beside_view(const struct source *source);
+
 /* Is a channel of the view that the colour is of? All are where it has none. */
 bool beside_is_of_view(const struct source *source, int channel);
 

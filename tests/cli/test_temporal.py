@@ -234,6 +234,26 @@ def test_what_lies_beyond_the_border_is_known(run, shot, tmp_path, says):
     assert known[:4].mean() == pytest.approx(alone[:4].mean(), rel=0.05)
 
 
+@pytest.mark.parametrize("name", ["right.{0}.{1}", "{0}.right.{1}"])
+def test_an_eye_has_its_own_vectors(run, shot, tmp_path, name):
+    """Those of the other one, which stand first, lead elsewhere."""
+    frames = ("--temporal", 1, "--frames", "4")
+    run(shot(channels=lambda i: vectors(i, "nuke")), *frames, name="want")
+
+    def both(i):
+        grey, post = pinhole(i)
+        own = {f"right.{c}": grey.astype(numpy.float32) for c in "RGB"}
+        own["right.Z"] = numpy.where(post, NEAR, FOCUS).astype(numpy.float32)
+        for channel, px in vectors(i, "nuke").items():
+            own |= {channel: -3 * px, name.format(*channel.split(".")): px}
+        return own
+
+    pattern = shot(lambda i: {"multiView": ["left", "right"]}, both)
+    run(pattern, *frames, "--layer", "right")
+    got, want = (plainexr.read(tmp_path / f"{n}.0004.exr")[0] for n in ("out", "want"))
+    assert (got["G"] == want["G"]).all()
+
+
 def test_too_many_lights_are_told(run, shot, tmp_path):
     """A bright wall behind posts is no lamp."""
 
