@@ -61,9 +61,8 @@ try:
         guides = {{name: array(name) for name in names}}
         with warnings.catch_warnings(record=True) as told:
             warnings.simplefilter("always", rackfocus.ViewsWarning)
-            rackfocus.finish(
-                array("own"), outs[0], outs[0], white=about["white"], **guides, **given
-            )
+            given |= {{name: about[name] for name in ("white", "samples")}}
+            rackfocus.finish(array("own"), outs[0], outs[0], **guides, **given)
         doubts = [getattr(one.message, "about", "") for one in told]
 except Exception as error:
     print(error, file=sys.stderr)
@@ -106,17 +105,17 @@ def quality_of(scene):
     return getattr(cycles, "denoising_quality", "HIGH").lower()
 
 
-def finish(own, ours, guides, quality="high", white=1.0):
+def finish(own, ours, guides, quality="high", white=1.0, samples=0):
     """rackfocus.finish() into the colours of `ours`, (height, width, 3 or 4).
 
-    `guides`: albedo and normals of the own render, by these names, where known; white:
-    as of rackfocus.finish(). Returns in what `ours` differs from `own` though it should
+    `guides`: albedo and normals of the own render, by these names, where known; white,
+    samples: as of rackfocus.finish(). Returns in what `ours` differs from `own` though it should
     not: "light", "lens" (a set). A library that is not Blender's own runs in another
     process: that of PyPI (2.5) and the memory allocator of Debian's Blenders (3.4, 5.2)
     end both.
     """
     path, is_own = library()
-    about = {"quality": quality, "white": white}
+    about = {"quality": quality, "white": white, "samples": samples}
     if not is_own:
         given = {"own": own[..., :3], "ours": ours[..., :3], **guides}
         outs, doubts = _run_beside(path, given, {"places": [], **about})

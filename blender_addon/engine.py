@@ -390,7 +390,7 @@ class RackFocusEngine(bpy.types.RenderEngine):
         colour = cut_out(own[0], source.render).colour
         guides = own[1] if colour.shape == own[0].colour.shape else None
         try:
-            doubt = finishing.clean(source, colour, picture[::-1], guides)
+            doubt = finishing.clean(source, colour, picture[::-1], guides, own[2])
         except finishing.FinishError as problem:
             return problem
         self._note(source, doubt)

@@ -211,6 +211,7 @@ def draw_finish(layout, scene, settings):
     row.operator("rack_focus.finish", icon="SHADERFX")
     row.prop(settings, "finish_samples", text="Samples")
     row.prop(settings, "use_finish", text="", icon="RENDER_ANIMATION")
+    reason = reason or finishing.why_little(scene)
     if reason:
         layout.label(text=reason, icon="INFO")
 

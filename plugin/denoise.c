@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "denoise/denoise.h"
+#include "filter/finish_headers.h"
 #include "filter/finish_lens.h"
 #include "filter/finish_light.h"
 #include "filter/finish_mix.h"
@@ -24,6 +25,7 @@ struct finish {
     bool is_open[N_PICTURES];
     float *rgb[N_PICTURES];
     float white;     /* a power of two */
+    int n_samples;   /* of a pixel of own, and of half; 0: at least 8 */
     bool is_checked; /* is ours held against own? */
 };
 
@@ -178,6 +180,7 @@ static int finish(const struct module_state *state, struct finish *f,
                                 .estimate = f->rgb[ESTIMATE],
                                 .width = own->width,
                                 .height = own->height,
+                                .n_samples = (f->rgb[HALF] ? 2 : 1) * f->n_samples,
                                 .white = f->white,
                                 .name = names[OWN]},
                     .how = how};
@@ -208,25 +211,31 @@ PyObject *plugin_finish(PyObject *module, PyObject *args, PyObject *keywords)
 {
     static char *keys[] = {"own",   "ours",  "out",     "albedo",  "normal",
                            "half",  "error", "library", "quality", "threads",
-                           "white", "check", NULL};
+                           "white", "check", "samples", NULL};
     PyObject *objects[N_PICTURES] = {0};
     struct plugin_denoiser how = {0};
     const char *quality = "high";
     double white = 1;
-    int is_checked = 1;
+    int is_checked = 1, n_samples = 0;
     objects[ALBEDO] = objects[NORMAL] = objects[HALF] = objects[ESTIMATE] = Py_None;
     if (!PyArg_ParseTupleAndKeywords(
-            args, keywords, "OOO|OOOO$zsO&dp:finish", keys, &objects[OWN],
+            args, keywords, "OOO|OOOO$zsO&dpO&:finish", keys, &objects[OWN],
             &objects[OURS], &objects[OUT], &objects[ALBEDO], &objects[NORMAL],
             &objects[HALF], &objects[ESTIMATE], &how.library, &quality, plugin_take_int,
-            &how.n_threads, &white, &is_checked) ||
+            &how.n_threads, &white, &is_checked, plugin_take_int, &n_samples) ||
         plugin_check_denoiser(&how, quality) < 0)
         return NULL;
     if (!(white >= 1e-6 && white <= 1e6)) {
         plugin_fail("white", "must lie in 1e-6 to 1e6");
         return NULL;
     }
-    struct finish f = {.white = (float)white_round(white), .is_checked = is_checked};
+    if (n_samples < 0 || n_samples > FINISH_MOST_SAMPLES) {
+        plugin_fail("samples", "must lie in 0 to 1000000");
+        return NULL;
+    }
+    struct finish f = {.white = (float)white_round(white),
+                       .n_samples = n_samples,
+                       .is_checked = is_checked};
     int status = 0;
     for (int i = 0; i < N_PICTURES && status == 0; i++)
         status = open_picture(&f, i, objects[i]);

@@ -418,6 +418,15 @@ static int warn_guide(const struct finish *f, const struct finish_picture *pictu
     return code;
 }
 
+/* Samples of a pixel, of both halves; 0: not known. */
+static int32_t samples_of(const struct finish *f)
+{
+    const int32_t given = f->tool->samples;
+    const int32_t one =
+        given > 0 ? given : finish_samples_of(f->own.colour, f->own.part);
+    return f->apart ? 2 * one : one;
+}
+
 static int finish_by_ours(struct finish *f)
 {
     f->estimate = app_memory(n_pixels(f), sizeof(float), f->error);
@@ -431,6 +440,7 @@ static int finish_by_ours(struct finish *f)
                                            .estimate = f->estimate,
                                            .width = f->own.width,
                                            .height = f->own.height,
+                                           .n_samples = samples_of(f),
                                            .white = f->white,
                                            .name = image_path(f->own.colour)};
     const int code = warn_guide(f, &picture);

@@ -3,8 +3,10 @@
 
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
+#include "image.h"
 #include "sources/settings.h"
 
 /* How far numbers of two headers may be apart: they are written with three digits. */
@@ -34,4 +36,22 @@ bool finish_lens_headers_differ(const struct settings *own, const struct setting
         return true;
     }
     return false;
+}
+
+int32_t finish_samples_of(const struct image_input *input, int part)
+{
+    static const char start[] = "cycles.", end[] = ".samples";
+    const char *name, *value;
+    long most = 0;
+    for (int i = 0; (name = image_attribute_name(input, part, i)) != NULL; i++) {
+        const size_t n = strlen(name);
+        if (n < sizeof(start) + sizeof(end) ||
+            strncmp(name, start, sizeof(start) - 1) != 0 ||
+            strcmp(name + n - (sizeof(end) - 1), end) != 0 ||
+            !image_attribute_string(input, name, &value))
+            continue;
+        const long found = strtol(value, NULL, 10);
+        most = found > most ? found : most;
+    }
+    return (int32_t)(most < FINISH_MOST_SAMPLES ? most : FINISH_MOST_SAMPLES);
 }

@@ -20,7 +20,9 @@ struct finish_picture {
                             mean is `own`; NULL: not known */
     float *estimate; /* a channel, becomes the error that is left, of display values */
     int32_t width, height;
-    float white;      /* luminance that is shown as white, a power of two */
+    int32_t
+        n_samples; /* of a pixel of `own`, both halves; 0: not known, or at least 8 */
+    float white;   /* luminance that is shown as white, a power of two */
     const char *name; /* of the own picture, for errors */
     const bool *stop; /* another thread makes it true to end this early; NULL: none */
 };
@@ -32,7 +34,7 @@ struct finish_picture {
 bool finish_join_halves(float *own, float *half, size_t n);
 
 /* Gaussian mean of a plane in place, its edges repeated; `room` is as large; sigma up to
- * 3 px. */
+ * 16 px. */
 void finish_smooth(const struct finish_picture *picture, float *plane, float *room,
                    double sigma);
 

@@ -8,6 +8,7 @@
 #include "filter/filter_run.h"
 #include "filter/filter_shrink.h"
 #include "filter/finish.h"
+#include "filter/finish_headers.h"
 #include "sources/picture.h"
 #include "sources/settings.h"
 
@@ -29,6 +30,10 @@ static const struct option options[] = {
         "A second render like OWN.exr with another seed: each has half of "
         "the samples. Their mean is finished, and what they differ by tells "
         "the grain."),
+    OPTION_INT_ROW(
+        "samples", AT(samples), "N", 1, FINISH_MOST_SAMPLES,
+        "Samples in a pixel of OWN.exr; of fewer than 8 the grain is told by "
+        "more pixels. [default: what Cycles wrote into the header]"),
     OPTION_FILE_ROW("output-error", AT(output_error), "FILE.exr",
                     "Also write the estimate of the error of every pixel, after "
                     "clipping to [0, 1] and gamma 2.2 (channel Y, float)."),
@@ -67,6 +72,8 @@ static bool check_usage(const struct options *all, const struct operands *operan
         text = "--output-error is written as EXR; end its name in .exr";
     else if (tool->supersample > 1 && !all->guide && operands->n == 1)
         text = "--supersample is of passes, which come after OWN.exr";
+    else if (tool->samples > 0 && !all->guide && operands->n == 1)
+        text = "--samples is for a guide, which comes after OWN.exr";
     else if (pixels)
         text = pixels;
     else if (tool->normal_file && !tool->albedo_file)

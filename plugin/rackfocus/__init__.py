@@ -301,6 +301,7 @@ def finish(
     threads=0,
     white=1.0,
     check=True,
+    samples=0,
 ):
     """The host's own lens cleaned with our picture; returns the result.
 
@@ -322,6 +323,8 @@ def finish(
     white: luminance that is shown as white, to the nearest power of two.
     check: warn (ViewsWarning) where ours has another lens or exposure than own, as the
     command does; False does not look.
+    samples: in a pixel of own, and of half; of fewer than 8 the grain is told by more
+    pixels. 0 takes 8 or more.
 
     Error where there is no Open Image Denoise.
     """
@@ -334,8 +337,9 @@ def finish(
 
         out = numpy.empty(numpy.shape(own), numpy.float32)
     more = (albedo, normal, half, error)
-    given = {"library": library, "quality": quality, "threads": threads, "white": white}
-    _core.finish(own, ours, out, *more, **given, check=check)
+    given = {"library": library, "quality": quality, "threads": threads}
+    given |= {"white": white, "check": check, "samples": samples}
+    _core.finish(own, ours, out, *more, **given)
     return out
 
 

@@ -144,6 +144,7 @@ def finish(
     threads: int = 0,
     white: float = 1.0,
     check: bool = True,
+    samples: int = 0,
 ) -> Any: ...
 def lens_points(
     n: int, *, frame: int = 0, **params: Unpack[Parameters]

@@ -70,8 +70,8 @@ def read(path):
     return np.array(pixels).reshape(spec.height, spec.width, -1), spec.channelnames
 
 
-def write(path, pixels, names, like=None, place=(0, 0)):
-    """Writes channels of floats, with the camera's facts of another file."""
+def write(path, pixels, names, like=None, place=(0, 0), **more):
+    """Writes channels of floats, with the camera's facts of another file and more."""
     height, width, n = pixels.shape
     spec = oiio.ImageSpec(width, height, n, "float")
     spec.channelnames = tuple(names)
@@ -80,6 +80,8 @@ def write(path, pixels, names, like=None, place=(0, 0)):
     for fact in facts:
         if fact.name.startswith("rackfocus:"):
             spec.attribute(fact.name, fact.type, fact.value)
+    for name, value in more.items():
+        spec.attribute(name, value)
     out = oiio.ImageOutput.create(str(path))
     assert out.open(str(path), spec) and out.write_image(
         np.ascontiguousarray(pixels, np.float32)

@@ -403,6 +403,25 @@ def test_grain_that_is_dark_on_average_on_a_display_does_not_darken(clean, tmp_p
     assert error_of(out, truth) < 0.006  # 0.0027 when written, 0.0107 compared by gamma
 
 
+def test_few_samples_are_no_proof(clean, tmp_path):
+    """Where no bright sample fell, our light is kept: samples by option or by header."""
+    rng = np.random.default_rng(11)
+    truth = np.full((96, 128, 3), 0.2)
+    hits = rng.uniform(size=truth.shape[:2]) < 1 / 200
+    own, ours, out = (tmp_path / f"{n}.exr" for n in ("own", "ours", "out"))
+    write(ours, truth.astype(np.float32), ["R", "G", "B"])
+    line = ("finish", own, "--guide", ours, "-o", out, "--type", "float", "-q")
+    pixels = np.where(hits[..., None], 30, 0.05).repeat(3, -1).astype(np.float32)
+    errors = {}
+    for samples, header in ((0, ""), (1, ""), (0, "1"), (8, "1"), (0, "64")):
+        about = {"cycles.View.Layer.samples": header} if header else {}
+        write(own, pixels, ["R", "G", "B"], **about)
+        clean(*line, *(("--samples", samples) if samples else ()))
+        errors[samples, header] = error_of(out, truth)
+    assert errors[1, ""] == errors[0, "1"] < 0.02  # 0.0012 and 0.078 when written
+    assert errors[0, ""] == errors[8, "1"] == errors[0, "64"] > 3 * errors[1, ""]
+
+
 def test_the_own_albedo_brings_textures_back(clean, tmp_path):
     """Which our picture does not know."""
     rng = np.random.default_rng(5)

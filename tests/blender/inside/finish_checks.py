@@ -188,8 +188,8 @@ def where_it_does_not_supersample():
 
 def kept_own(scene):
     """(colour, albedo and normals) of the render with the own lens."""
-    layer, guides = addon("finishing").own_of(scene, "ViewLayer")
-    return layer.colour, guides
+    layer, guides, samples = addon("finishing").own_of(scene, "ViewLayer")
+    return layer.colour, guides, samples
 
 
 @check
@@ -208,12 +208,13 @@ def finish():
     before[0]["images"] = after[0]["images"]
     assert after == before, (before, after)
     made = result(scene)
-    own, guides = kept_own(scene)
+    own, guides, samples = kept_own(scene)
+    assert samples == 4
     assert np.abs(own - colour).max() > 0.1, "the own lens was not open"
     for name in ("albedo", "normal"):
         assert guides[name].shape == own.shape[:2] + (3,)
     wanted = ours.copy()
-    addon("finishing").clean(scene, own, wanted, guides)
+    addon("finishing").clean(scene, own, wanted, guides, samples)
     same(made, wanted)
     assert np.abs(made - ours).max() > 0
     assert not data.dof.use_dof and not addon("refocusing").is_out_of_date(scene)
