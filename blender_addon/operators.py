@@ -13,6 +13,7 @@ from . import (
     failures,
     finishing,
     group,
+    inserted,
     keep,
     lens,
     names,
@@ -249,6 +250,7 @@ class RACK_FOCUS_OT_add_picture_node(bpy.types.Operator):
         before = tree.nodes.active
         if before is not None and before != node:
             setup.put_behind(scene, tree, before, node)
+        inserted.give_way(tree, node)
         setup.unblur_before(scene, tree, node)
         make_active(context, tree, node, before is None)
         if not node.inputs["Depth"].is_linked:

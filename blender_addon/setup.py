@@ -18,6 +18,7 @@ from . import (
     driven,
     freestyle,
     group,
+    inserted,
     layout,
     library,
     links,
@@ -29,7 +30,6 @@ from .writing import set_if_other
 
 ENGINE = "RACK_FOCUS"
 NODE_LABEL = "Rack Focus"
-INSERTED = "rack_focus_inserted"  # of nodes that the tick put behind Denoise nodes
 BEFORE = "rack_focus_before"  # of our nodes: the Render Layers node they took over from
 OUTPUTS = ("COMPOSITE", "GROUP_OUTPUT")  # types of nodes
 CALLER_LABEL = "Rack Focus: runs the nodes"
@@ -58,7 +58,7 @@ def is_wanted(scene):
         camera.data.rack_focus.enabled for camera in camera_objects.cameras_of(scene)
     ):
         return True
-    return any(INSERTED not in node for node in group.nodes_of(scene))
+    return any(inserted.INSERTED not in node for node in group.nodes_of(scene))
 
 
 # ---- nodes ------------------------------------------------------------------------
@@ -183,37 +183,6 @@ def unblur_before(scene, tree, node):
             links.move_links(tree, ours, own[0])
 
 
-def _follow_denoisers(tree, source):
-    """Puts a node with sockets behind Denoise nodes: their guides are sharp."""
-    nodes = {k.to_node for k in tree.links if k.from_node == source}
-    for denoise in [n for n in nodes if n.type == "DENOISE" and not n.mute]:
-        feeds = denoise.inputs["Image"].links
-        ends = [k.to_socket for k in tree.links if k.from_node == denoise]
-        if not feeds or feeds[0].from_node != source or not ends:
-            continue
-        node = tree.nodes.new("CompositorNodeGroup")
-        node.node_tree = group.new_group()
-        node.node_tree.rack_focus.layer = source.layer
-        node.label = NODE_LABEL
-        node[INSERTED] = True
-        layout.put_below(tree, node, denoise)
-        tree.links.new(denoise.outputs["Image"], node.inputs["Image"])
-        for end in ends:
-            tree.links.new(node.outputs["Image"], end)
-
-
-def _remove_inserted(tree):
-    """Takes the nodes of _follow_denoisers() away again."""
-    for node in [n for n in tree.nodes if INSERTED in n and group.is_ours(n)]:
-        feeds = [k.from_socket for k in node.inputs["Image"].links]
-        for link in [k for k in tree.links if k.from_node == node]:
-            end, is_picture = link.to_socket, link.from_socket.name == "Image"
-            tree.links.remove(link)
-            if feeds and is_picture:
-                tree.links.new(feeds[0], end)
-        tree.nodes.remove(node)
-
-
 def _add_caller(scene, tree, used):
     node = add_node(tree, scene, used[0] if used else scene.view_layers[0].name)
     node.label = CALLER_LABEL
@@ -249,7 +218,7 @@ def _add_nodes(scene, tree, is_new):
         if is_made and source.layer not in used:  # it shows the first layer of all
             source.layer = used[0]
     for source in layer_nodes(tree, scene):
-        _follow_denoisers(tree, source)
+        inserted.follow_denoisers(tree, source)
     if group.nodes_of(scene):  # they filter; a node without links lets Blender call us
         _add_caller(scene, tree, used)
         return helpers
@@ -281,7 +250,7 @@ def _add_nodes(scene, tree, is_new):
 def _remove_nodes(scene, record):
     """Takes our nodes out of every tree of the scene and closes the gaps."""
     for tree in trees_of(scene):
-        _remove_inserted(tree)
+        inserted.remove(tree)
         for one in with_groups(tree):
             sources = layer_nodes(one, scene)
             for node in layer_nodes(one, filter_scene_of(scene)):

@@ -213,6 +213,34 @@ def after_a_denoise_node():
 
 
 @check
+def one_node_after_a_denoise_node():
+    """Where the artist adds one, before the tick or after it, there is no second."""
+    scene, tree, source, out = bare()
+    denoise = tree.nodes.new("CompositorNodeDenoise")
+    tree.links.new(source.outputs["Image"], denoise.inputs["Image"])
+    tree.links.new(denoise.outputs["Image"], out)
+    start(scene)
+    wanted = made_by(scene)
+    for is_ticked, is_behind in ((False, False), (True, False), (True, True)):
+        scene.camera.data.rack_focus.enabled = is_ticked
+        addon("handlers").on_change()
+        ours = [n for n in tree.nodes if addon("group").is_ours(n)]
+        assert len(ours) == int(is_ticked)
+        tree.nodes.active = ours[0] if is_behind else denoise
+        bpy.ops.rack_focus.add_picture_node()
+        ours = [n for n in tree.nodes if addon("group").is_ours(n)]
+        assert len(ours) == 1, [n.name for n in ours]
+        assert ours[0].inputs["Image"].links[0].from_node == denoise
+        assert out.links[0].from_node == ours[0]
+        same(made_by(scene), wanted)
+        scene.camera.data.rack_focus.enabled = False
+        addon("handlers").on_change()
+        tree.nodes.remove(ours[0])
+        tree.links.new(denoise.outputs["Image"], out)
+        addon("handlers").on_change()
+
+
+@check
 def two_lenses_and_a_chain():
     """Each node has the lens of its own camera; one may follow the other."""
     scene, tree, source, out = bare()
