@@ -44,16 +44,17 @@ static void finish(void *user, float *pixels, const char *error)
 {
     struct saving *saving = user;
     struct image_error image_error;
-    char text[MAX_PATH + 1100];
+    char text[MAX_PATH + 1100], remarks[1000] = "";
     const int n_threads = thread_count(saving->app->options->n_threads);
     if (error)
         snprintf(text, sizeof(text), "%s: not saved: %.900s", saving->path, error);
     else if (saving->stage
                  ? stage_save(saving->stage, &saving->settings, saving->path, pixels,
-                              &image_error)
+                              remarks, sizeof(remarks), &image_error)
                  : demo_save(saving->path, pixels, saving->width, saving->height,
                              &saving->settings, n_threads, &image_error))
-        snprintf(text, sizeof(text), "saved %s", saving->path);
+        snprintf(text, sizeof(text), "saved %s%s%s", saving->path, *remarks ? ": " : "",
+                 remarks);
     else
         snprintf(text, sizeof(text), "%s", image_error.message);
     SDL_Event event = {.user = {.type = saving->app->event_type,

@@ -166,6 +166,30 @@ def test_straight_alpha_is_told(view, tmp_path):
     window.quit()
 
 
+@pytest.mark.parametrize(
+    "ending, light, alpha, part",
+    [
+        ("exr", 1e6, 1, "7200 values above 65504"),
+        ("png", 0.5, 0, "have light but no alpha"),
+        ("png", 0.5, 1, ""),
+    ],
+)
+def test_what_a_saved_file_loses_is_told(view, tmp_path, ending, light, alpha, part):
+    """As filter warns of it: it was saved without a word."""
+    values = dict.fromkeys("RGB", light) | {"A": alpha, "Z": 5}
+    channels = {name: numpy.full((40, 60), v, "f4") for name, v in values.items()}
+    attributes = {"rackfocus:lensRadius": 0.2, "rackfocus:focalLengthPx": 400.0}
+    path = plainexr.write(tmp_path / "a.exr", channels, attributes)
+    out = tmp_path / f"out.{ending}"
+    window = view(path, "--focus-distance", 5, "-o", out)
+    window.wait_open()
+    window.key("ctrl+s")
+    said = window.wait_text("saved")
+    assert said.startswith(f"saved {out}") and part in said
+    assert bool(part) == (said != f"saved {out}")
+    window.quit()
+
+
 def test_views_that_do_not_fit_are_told(view, tmp_path):
     """As `rackfocus filter` tells it: another place, another exposure; of right ones
     nothing."""

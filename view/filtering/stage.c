@@ -710,11 +710,33 @@ void stage_command(const struct stage *stage, const struct settings *typed,
 
 /* ---- saving ---------------------------------------------------------------------- */
 
-bool stage_save(const struct stage *stage, const struct settings *settings,
-                const char *path, float *pixels, struct image_error *error)
+/* The remarks on a file that is written, without its name. */
+struct save_remarks {
+    const char *path;
+    char *text;
+    size_t n_bytes;
+};
+
+static bool take_remark(void *user, const char *text)
 {
-    const struct filter_options tool = {.output = path,
-                                        .n_threads = stage->options->n_threads};
+    const struct save_remarks *remarks = user;
+    const size_t n_used = strlen(remarks->text), n_path = strlen(remarks->path);
+    const bool is_named = strncmp(text, remarks->path, n_path) == 0 &&
+                          strncmp(text + n_path, ": ", 2) == 0;
+    snprintf(remarks->text + n_used, remarks->n_bytes - n_used, "%s%s",
+             n_used > 0 ? "; " : "", is_named ? text + n_path + 2 : text);
+    return true;
+}
+
+bool stage_save(const struct stage *stage, const struct settings *settings,
+                const char *path, float *pixels, char *remarks, size_t n_bytes,
+                struct image_error *error)
+{
+    struct save_remarks told = {path, remarks, n_bytes};
+    const struct app_host host = {.user = &told, .warn = take_remark};
+    const struct filter_options tool = {
+        .output = path, .n_threads = stage->options->n_threads, .host = &host};
+    remarks[0] = 0;
     struct settings copy = *settings;
     return filter_write(&tool, &copy, &stage->source, false, pixels, error);
 }

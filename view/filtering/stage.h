@@ -88,9 +88,11 @@ bool stage_uses_light(const struct rf_params *params);
 void stage_command(const struct stage *stage, const struct settings *typed,
                    const char *output, char *text, size_t n_bytes);
 
-/* Writes filtered pixels as `rackfocus filter` would; they may be changed. */
+/* Writes filtered pixels as `rackfocus filter` would; they may be changed. `remarks`
+ * becomes what `filter` would warn of, "" for nothing. */
 bool stage_save(const struct stage *stage, const struct settings *settings,
-                const char *path, float *pixels, struct image_error *error);
+                const char *path, float *pixels, char *remarks, size_t n_bytes,
+                struct image_error *error);
 
 /* Would a file of this name, whatever it is called here, take the place of one that the
  * stage was read from? */
