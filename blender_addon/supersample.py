@@ -174,6 +174,8 @@ def weights(scale, kind, width, spread_px=0.0):
     )
     at = steps / scale
     found = np.where(np.abs(at) < reach, function(np.clip(at / reach, -1, 1)), 0)
+    if not found.any():  # a filter that is narrower than the parts
+        found = (np.abs(steps) == 0.5).astype(float)
     return (found / found.sum()).astype(np.float32)
 
 

@@ -71,6 +71,13 @@ def weights_of_the_pixel_filter():
             variance = (taps * at * at).sum() + 1 / (12 * scale**2)
             wanted = wanted or variance
             assert np.isclose(variance, wanted, rtol=0.03), (kind, scale, variance)
+    for kind, scale in (
+        ("BLACKMAN_HARRIS", 2),
+        ("GAUSSIAN", 3),
+        ("BLACKMAN_HARRIS", 4),
+    ):
+        taps = supersample.weights(scale, kind, 0.01)  # the least that Cycles takes
+        assert np.isclose(taps.sum(), 1) and (taps > 0).sum() == 2 - scale % 2, taps
     rng = np.random.default_rng(1)
     picture = rng.random((12, 18, 4), np.float32)
     taps = supersample.weights(3, "BOX", 1)
