@@ -12,6 +12,7 @@ HAS_MEDIA_TYPE = bpy.app.version >= (5, 0, 0)
 ORTHO_LENS_IS_AT_CLIP = bpy.app.version < (4, 2, 0)  # Cycles; measured on 3.4 and 4.2
 # Measured: 3.4, 4.2, 5.1 and 5.2 composite around them; 4.4, 4.5 and 5.0 composite nothing.
 UNKNOWN_NODES_STOP = (4, 4, 0) <= bpy.app.version < (5, 1, 0)
+EEVEE_LOSES_THINGS = bpy.app.version < (4, 2, 0)  # of sheared cameras; not in 5.2
 MATTES_ADD_VIEWS = bpy.app.version < (4, 4, 0)  # of multi-view; measured: the same ones
 MUTED_STRIPS_COUNT = bpy.app.version < (4, 4, 0)  # measured: 3.4 to 4.3; 4.4 to 5.0
 HAS_STROKES_PASS = "use_pass_grease_pencil" in bpy.types.ViewLayer.bl_rna.properties

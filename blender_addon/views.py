@@ -38,6 +38,7 @@ from . import (
     sampling,
     setup,
     sharp,
+    sheared,
     strokes,
     supersample,
     switched,
@@ -400,7 +401,8 @@ def _look_through(scene, session, camera):
         session.n_views, session.frame_scale, is_noisy = 1, 1, False
     session.note = ""
     if session.n_views > 1:
-        session.note = moving.why_one_view(scene, session.camera)
+        note = moving.why_one_view(scene, session.camera)
+        session.note = note or sheared.why_one_view(scene, session.camera)
         session.n_views = 1 if session.note else session.n_views
     for index, copy in enumerate(session.copies()):
         supersample.prepare(copy, session.frame_scale)

@@ -3,7 +3,8 @@
 
     eevee.py DIST OUT    (after --; needs a display)
 
-Also in two views, whose depths are those of cameras put there by hand.
+Also in two views, whose depths are those of cameras put there by hand, and in four of a
+camera that its parent shears.
 
 OUT/eevee.json: largest differences of the node to the filter and to the pinhole, and
 the smallest depth.
@@ -63,6 +64,21 @@ for layer, place in views:
     depth = common.depth_of(pinhole(scene, OUT / "eevee_passes.exr"))
     off = np.abs(layer.depth / depth - 1) > 2e-3
     found["views_off"].append(float(off.mean()))
+
+# ---- a camera that its parent shears --------------------------------------------------
+
+parent = bpy.data.objects.new("Parent", None)
+scene.collection.objects.link(parent)
+parent.scale, parent.rotation_euler = (1, 2, 0.5), (0.3, 0.2, 0.1)
+camera.parent, camera.location = parent, (0, 0, 0)
+camera.rotation_euler.y += 0.2
+data.shift_x = data.shift_y = 0
+data.rack_focus.enabled, data.rack_focus.views = True, 4
+bpy.context.view_layer.update()
+bpy.ops.render.render()
+found["sheared_message"] = common.addon("engine").last_run[scene.name]["message"]
+views = common.addon("passes").rendered(scene).views("ViewLayer")
+found["sheared_views"] = [float((layer.depth < 100).mean()) for layer, _ in views]
 print(found)
 (OUT / "eevee.json").write_text(json.dumps(found))
 common.leave()
