@@ -3,7 +3,7 @@
 
 Cycles' depth leaves out a surface where its alpha lies below the view layer's Passes >
 Data > Alpha Threshold. What is lit there is then taken to be as far as what is behind it,
-often the sky: a halo. The box says so. The threshold itself is left alone: what is as
+often the sky: a halo, 19.9 dB where the own lens has 33.2. Box and console say so. The threshold itself is left alone: what is as
 good as invisible, a veil or the rim of a leaf's picture, would come into the depth too.
 """
 
@@ -60,5 +60,12 @@ def _is_shining(material):
     if not is_used or material.node_tree is None:
         return False
     trees = setup.with_groups(material.node_tree)
-    types = {node.type for tree in trees for node in tree.nodes if not node.mute}
-    return {LIGHT, HOLE} <= types
+    nodes = [node for tree in trees for node in tree.nodes if not node.mute]
+    return {LIGHT, HOLE} <= {node.type for node in nodes} and not _is_by_ray(nodes)
+
+
+def _is_by_ray(nodes):
+    """Do all mixtures go by the kind of ray alone, so that the camera sees no hole?"""
+    mixed = [node for node in nodes if node.type == "MIX_SHADER"]
+    feeds = [link.from_node.type for node in mixed for link in node.inputs[0].links]
+    return bool(mixed) and feeds == ["LIGHT_PATH"] * len(mixed)

@@ -627,6 +627,9 @@ def flames_want_a_lower_alpha_threshold():
         first, second = said()
         assert first.startswith(f"“{cube.material_slots[0].material.name}” mixes")
         assert second.endswith("Alpha Threshold to 0.01"), second
+        with heard() as told:
+            addon("handlers")._prepare(scene)
+        assert f"{first} {second}" in told.getvalue(), told.getvalue()
         cube.hide_render = True
         assert not said()
         cube.hide_render = False
@@ -635,6 +638,15 @@ def flames_want_a_lower_alpha_threshold():
         data.rack_focus.method = "views"
         assert said()
         layer.pass_alpha_threshold = 0.01
+        assert not said()
+        layer.pass_alpha_threshold = 0.5
+        # A light that throws no shadow: the camera sees no hole in it.
+        for tree in addon("setup").with_groups(
+            cube.material_slots[0].material.node_tree
+        ):
+            for mix in [n for n in tree.nodes if n.type == "MIX_SHADER"]:
+                path = tree.nodes.new("ShaderNodeLightPath")
+                tree.links.new(path.outputs["Is Camera Ray"], mix.inputs[0])
         assert not said()
 
 
