@@ -120,7 +120,8 @@ static void press_key(struct app *app, const SDL_KeyboardEvent *event)
     if ((app->ui.is_editing && is_command && edit_by_command(app, key)) ||
         scroll_help(app, key) || open_list_key(app, key))
         return;
-    if (app->ui.is_editing && is_command && find_action(key, modifiers) >= 0 &&
+    const int action = find_action(key, modifiers);
+    if (app->ui.is_editing && is_command && action >= 0 && action != ACTION_QUIT &&
         !take_typed(app))
         return;
     if (ui_key && !is_command && (is_tab || ui_has_keyboard(&app->ui))) {
@@ -143,7 +144,6 @@ static void press_key(struct app *app, const SDL_KeyboardEvent *event)
             view_set_look(app, key - SDLK_0);
         return;
     }
-    const int action = find_action(key, modifiers);
     if (action >= 0)
         view_act(app, (enum action)action);
     panel_pass(app);

@@ -70,6 +70,13 @@ def test_errors_at_the_field(window, text, part):
     assert "--f-stop" not in window.copied()
 
 
+def test_what_cannot_be_keeps_nobody_from_quitting(window):
+    """Other commands wait until it is mended: they would be about what was typed."""
+    window.set_number("Blades", "40")
+    assert "from 0 to 16 is possible" == window.wait_text("field error")
+    window.quit()
+
+
 def test_what_makes_no_lens_is_said_at_the_field(window):
     """Yu's lens cannot focus inside its focal length."""
     window.choose("Optics", 2)

@@ -64,8 +64,8 @@ static bool take_text(struct ui *ui, const struct ui_number *n, const char *text
         typed = n->max_limit;
     ui_format(n->min_limit, low, sizeof(low));
     ui_format(n->has_infinity ? INFINITY : n->max_limit, high, sizeof(high));
-    snprintf(reason, sizeof(reason), "from %s to %s %s is possible", low, high,
-             n->unit);
+    snprintf(reason, sizeof(reason), "from %s to %s%s%s is possible", low, high,
+             n->unit[0] ? " " : "", n->unit);
     const bool is_within = typed >= n->min_limit && typed <= n->max_limit;
     if (!is_within)
         ui_fail(ui, reason);
