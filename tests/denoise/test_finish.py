@@ -323,6 +323,9 @@ fails(ValueError, "3 or 4 channels", own, ours[..., :2])
 fails(ValueError, "NaN", own, np.where(ours > 0.5, np.nan, ours))
 fails(rackfocus.Error, "Open Image Denoise", own, ours, library="/nowhere")
 fails(ValueError, "white", own, ours, white=0)
+fails(ValueError, "samples", own, ours, samples=-1)
+few = rackfocus.finish(own, ours, samples=2, library=library)
+assert np.abs(few - ours).mean() < 0.9 * np.abs(made - ours).mean()
 """
 
 
