@@ -33,7 +33,7 @@ _kept = names.store()
 
 # Below that the grain tells little that the picture does not know: one view of 64 samples
 # gains 0.1 to 3 dB by 4 of the own lens, 8 views gain -0.1 to 0.3 (docs/notebook).
-ENOUGH = 8
+ENOUGH = 10
 
 FEW = f"Finish adds little with fewer than {ENOUGH} samples: 16 or more"
 

@@ -25,7 +25,7 @@ struct finish {
     bool is_open[N_PICTURES];
     float *rgb[N_PICTURES];
     float white;     /* a power of two */
-    int n_samples;   /* of a pixel of own, and of half; 0: at least 8 */
+    int n_samples;   /* of a pixel of own, and of half; 0: at least 10 */
     bool is_checked; /* is ours held against own? */
 };
 

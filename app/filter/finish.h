@@ -21,7 +21,7 @@ struct finish_options {
     const char *albedo_file, *normal_file; /* of `own`, or NULL: they lie beside it */
     int32_t
         samples;  /* of a pixel of `own`, and of `half`; 0: what the header says, else
-                        at least 8 */
+                        at least 10 */
     int32_t type; /* as in struct filter_options, as the next */
     int32_t png_bits;
     int32_t quality; /* enum denoise_quality */

@@ -13,7 +13,7 @@
  *   out = y + w (g - y)
  *
  * per channel, in units of white; G and H are Gaussian means, sigma 1.4 px and 2 px: bright samples are
- * rare, and more pixels tell how rare; k = 2, tau = 0.007. Of n < 8 samples in a pixel
+ * rare, and more pixels tell how rare; k = 2, tau = 0.007. Of n < 10 samples in a pixel
  * the variance in se2 is at least c(n) L[s^2 (x - g)^2], L a Gaussian mean, sigma
  * 16 / sqrt(n) px: where no bright sample fell, x looks as if it had no grain.
  * Differences are of linear light, which the grain leaves unbiased: t of a grainy pixel is too dark on
@@ -48,8 +48,9 @@ static const float DARK = 0.02f;
 /* Samples of a pixel: up to FEW the grain is that of FEW_SIGMA_PX / sqrt(n), too, from
  * ENOUGH on that of nearby pixels alone, in between in proportion. Of 1, 2 and 4 samples
  * six scenes with a guide of one view gain 3.4, 1.8 and 0.1 dB, with one of 8 views 6.5,
- * 3.0 and 0.8; of 8 samples they would lose 0.3 and gain 0.1 (docs/notebook/rivals.md). */
-static const double FEW = 4, ENOUGH = 8, FEW_SIGMA_PX = 16;
+ * 3.0 and 0.8; of 8 samples a third of it gains 0.65 on macro with 8
+ * views (1.8 in Blender with 4), the whole loses 0.3 with one view (docs/notebook/rivals.md). */
+static const double FEW = 4, ENOUGH = 10, FEW_SIGMA_PX = 16;
 
 static size_t n_pixels(const struct finish_picture *p)
 {

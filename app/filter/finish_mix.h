@@ -21,7 +21,7 @@ struct finish_picture {
     float *estimate; /* a channel, becomes the error that is left, of display values */
     int32_t width, height;
     int32_t
-        n_samples; /* of a pixel of `own`, both halves; 0: not known, or at least 8 */
+        n_samples; /* of a pixel of `own`, both halves; 0: not known, or at least 10 */
     float white;   /* luminance that is shown as white, a power of two */
     const char *name; /* of the own picture, for errors */
     const bool *stop; /* another thread makes it true to end this early; NULL: none */

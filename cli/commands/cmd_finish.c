@@ -32,7 +32,7 @@ static const struct option options[] = {
         "the grain."),
     OPTION_INT_ROW(
         "samples", AT(samples), "N", 1, FINISH_MOST_SAMPLES,
-        "Samples in a pixel of OWN.exr; of fewer than 8 the grain is told by "
+        "Samples in a pixel of OWN.exr; of fewer than 10 the grain is told by "
         "more pixels. [default: what Cycles wrote into the header]"),
     OPTION_FILE_ROW("output-error", AT(output_error), "FILE.exr",
                     "Also write the estimate of the error of every pixel, after "

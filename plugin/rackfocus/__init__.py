@@ -323,8 +323,8 @@ def finish(
     white: luminance that is shown as white, to the nearest power of two.
     check: warn (ViewsWarning) where ours has another lens or exposure than own, as the
     command does; False does not look.
-    samples: in a pixel of own, and of half; of fewer than 8 the grain is told by more
-    pixels. 0 takes 8 or more.
+    samples: in a pixel of own, and of half; of fewer than 10 the grain is told by more
+    pixels. 0 takes 10 or more.
 
     Error where there is no Open Image Denoise.
     """
