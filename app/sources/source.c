@@ -221,7 +221,8 @@ static bool is_of_no_view(const struct source *source)
 {
     const char *view =
         source->layer.r < 0 ? NULL : image_view_of(source->colour, source->layer.r);
-    return view && strcmp(view, image_view_of(source->colour, source->layer.z)) != 0;
+    const char *of_depth = view ? image_view_of(source->colour, source->layer.z) : NULL;
+    return of_depth && strcmp(view, of_depth) != 0;
 }
 
 /* Depth: --depth-file, else the second file, else the colour's own. */
