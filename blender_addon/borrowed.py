@@ -47,4 +47,6 @@ class Switch(NamedTuple):
 
     def _write(self, layers, value):
         for layer in layers:
-            setattr(self.owner_of(layer), self.name, value)
+            owner = self.owner_of(layer)
+            if owner is not None:  # Cycles is an add-on too, and may be off
+                setattr(owner, self.name, value)

@@ -34,6 +34,7 @@ from . import (
     passes,
     refocusing,
     setup,
+    shares,
     shining,
     sharp,
     strips,
@@ -91,6 +92,7 @@ def _prepare(scene):
     for one in setup.user_scenes():  # nodes and strips show other scenes
         sharp.need_pass(one)
         mirrors.need_passes(one)
+        shares.need_pass(one)
         freestyle.need_pass(one)
     for one in strips.scenes_in(scene):
         reason = strips.why_one_view(scene, one)

@@ -2,7 +2,7 @@
 """What flat mirrors and panes show is blurred by its own distance.
 
 Cycles' light passes say what of each pixel is mirrored or let through, and its Denoising
-Depth how long the whole way of the rays is. The scene's view layers get those passes when
+Depth (shares.py) how long the whole way of the rays is. The scene's view layers get those passes when
 a render begins, for as long as a camera of the scene wants them.
 
     light      (direct + indirect) colour, of Glossy and of Transmission
@@ -26,7 +26,7 @@ PASSES = tuple(
     for kind in ("glossy", "transmission")
     for part in ("direct", "indirect", "color")
 )
-WAY_SWITCH = "denoising_store_passes"  # of a view layer's cycles
+WAY_SWITCH = "denoising_store_passes"  # of a view layer's cycles, in old records
 WAY, NOISY = "Denoising Depth", "Noisy Image"
 RECORD = "mirrors"  # {layer: what it got switched on}, in the scene's record
 #: Direct, indirect, colour; Blender 5 writes names in full.
@@ -109,10 +109,7 @@ def drop_passes(scene, record):
 
 
 def _switched_off(layer):
-    missing = [name for name in PASSES if not getattr(layer, name)]
-    if not getattr(layer.cycles, WAY_SWITCH):
-        missing.append(WAY_SWITCH)
-    return missing
+    return [name for name in PASSES if not getattr(layer, name)]
 
 
 def _switch(layer, names, is_on):

@@ -230,6 +230,14 @@ class CameraSettings(bpy.types.PropertyGroup):
         max=supersample.MOST,
         default=1,
     )
+    clean_edges: BoolProperty(
+        override=OVERRIDABLE,
+        name="Clean Edges",
+        description="Render Cycles' denoising data, too, whose depth tells how much of a "
+        "pixel each thing at an edge covers. Thin things in focus keep their outlines, "
+        "for 2 % of Cycles' time",
+        default=True,
+    )
     mirrors: BoolProperty(
         override=OVERRIDABLE,
         name="Mirrors and Glass",

@@ -24,6 +24,7 @@ from . import (
     links,
     mirrors,
     passes,
+    shares,
     sharp,
 )
 from .writing import set_if_other
@@ -359,6 +360,7 @@ def disable(scene):
             layer.use_pass_z = False
     sharp.SWITCH.drop(scene, record)
     mirrors.drop_passes(scene, record)
+    shares.SWITCH.drop(scene, record)
     freestyle.SWITCH.drop(scene, record)
     tree = compat.compositor_tree(scene)
     is_untouched = tree is not None and _node_names(tree) == record["nodes"]
@@ -571,7 +573,7 @@ def _drop_layers(names, ours):
 def _rename_in_record(scene, new_names):
     """Lets what was noted of layers follow them; new_names: {old: new}."""
     record = json.loads(scene.rack_focus.record or "{}")
-    for key in ("z", sharp.SWITCH.key, freestyle.SWITCH.key):
+    for key in ("z", sharp.SWITCH.key, shares.SWITCH.key, freestyle.SWITCH.key):
         if key in record:
             record[key] = [new_names.get(name, name) for name in record[key]]
     if mirrors.RECORD in record:

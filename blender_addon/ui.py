@@ -23,6 +23,7 @@ from . import (
     refocusing,
     sampling,
     setup,
+    shares,
     shining,
     strips,
     strokes,
@@ -108,6 +109,8 @@ class CameraPanel(InCamera):
         if settings.enabled and settings.supersample > 1:
             for text in describe_supersample(settings, scene):
                 column.label(text=text, icon="INFO")
+        if shares.is_offered(scene, settings):
+            column.prop(settings, "clean_edges")
         column.prop(settings, "mirrors")
         reason = mirrors.why_not(scene, settings)
         if settings.enabled and settings.mirrors and reason:

@@ -262,9 +262,13 @@ def filtered(scene, colour, depth, size=None):
 
 
 def start(**settings):
-    """Enables the camera with settings; returns (scene, camera data)."""
+    """Enables the camera with settings; returns (scene, camera data).
+
+    Without the pass of Clean Edges: what is rendered is what filtered() makes.
+    """
     scene = bpy.context.scene
     data = scene.camera.data
+    data.rack_focus.clean_edges = False
     for name, value in settings.items():
         setattr(data.rack_focus, name, value)
     data.rack_focus.enabled = True

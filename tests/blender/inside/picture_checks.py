@@ -45,16 +45,23 @@ def f12_is_the_filter_on_the_passes():
 
 @check
 def denoising_data_tells_shares():
-    """Where an artist stores it, its depth is read at edges."""
+    """Of one view its depth is read at edges; the pass comes and goes with Clean Edges."""
     scene, data = start()
+    settings, owner = data.rack_focus, scene.view_layers[0].cycles
+    assert settings.bl_rna.properties["clean_edges"].default
     without = rgba(render(scene, OUT / "d.exr"))
-    scene.view_layers[0].cycles.denoising_store_passes = True
-    sharp = pinhole(scene, OUT / "d.exr")
+    assert not owner.denoising_store_passes
+    settings.clean_edges = True
     made = rgba(render(scene, OUT / "d.exr"))
+    assert owner.denoising_store_passes
+    sharp = pinhole(scene, OUT / "d.exr")
+    assert not owner.denoising_store_passes  # without the tick
+    owner.denoising_store_passes = True
+    sharp = pinhole(scene, OUT / "d.exr")
     colour, depth = rgba(sharp, "ViewLayer"), common.depth_of(sharp)
     height, width = depth.shape
     params = addon("lens").frame_parameters(
-        scene.camera, data.rack_focus, scene.render, (width, height)
+        scene.camera, settings, scene.render, (width, height)
     )
     by_hand = addon("library").rackfocus.Filter(width, height, **params)
     mean, out = np.empty_like(depth), np.empty_like(colour)
@@ -62,6 +69,37 @@ def denoising_data_tells_shares():
     by_hand.process(np.ascontiguousarray(colour), depth, out, mean_depth=mean)
     same(made, out)
     assert (made != without).any()
+    settings.clean_edges = False
+    same(rgba(render(scene, OUT / "d.exr")), out)  # the artist's own stays, and is read
+    assert owner.denoising_store_passes
+
+
+@check
+def clean_edges_take_nothing_for_others():
+    """Several views, other methods and engines get no pass for it; mirrors have theirs."""
+    scene, data = start()
+    settings, module = data.rack_focus, addon("shares")
+    layer = scene.view_layers[0]
+    settings.clean_edges = True
+    module.need_pass(scene)
+    assert layer.cycles.denoising_store_passes
+    layer.name = "renamed"
+    addon("setup").sync(scene)
+    settings.views = 2
+    module.need_pass(scene)
+    assert not layer.cycles.denoising_store_passes
+    settings.views, settings.method = 1, "scatter"
+    assert not module.is_wanted(scene) and not module.is_offered(scene, settings)
+    settings.method = "layered"
+    assert module.is_wanted(scene) and module.is_offered(scene, settings)
+    scene.render.engine = scene.render.engine.replace("CYCLES", "BLENDER_WORKBENCH")
+    assert not module.is_wanted(scene) and not module.is_offered(scene, settings)
+    scene.render.engine = "CYCLES"
+    settings.clean_edges, settings.mirrors = False, True
+    module.need_pass(scene)
+    assert layer.cycles.denoising_store_passes
+    settings.enabled = False
+    assert not layer.cycles.denoising_store_passes
 
 
 @check
