@@ -50,3 +50,4 @@ class Switch(NamedTuple):
             owner = self.owner_of(layer)
             if owner is not None:  # Cycles is an add-on too, and may be off
                 setattr(owner, self.name, value)
+                layer.update_render_passes()  # Cycles does for the active one alone

@@ -368,6 +368,7 @@ def an_asset_library():
     camera = scene.camera
     bright.matrix_world = camera.matrix_world
     bright.data.dof.focus_distance = camera.data.dof.focus_distance
+    bright.data.rack_focus.clean_edges = False  # what filtered() makes
     scene.collection.objects.link(bright)
     scene.camera = bright
     addon("handlers").on_change()

@@ -51,7 +51,8 @@ def state_of_tree(tree):
     """Nodes with their values and links of a compositor tree and its groups."""
     found = []
     for node in sorted(tree.nodes, key=lambda n: n.name):
-        sockets = [(s.name, s.enabled) for s in (*node.inputs, *node.outputs)]
+        # Blender keeps those of passes that are off again, unseen.
+        sockets = [s.name for s in (*node.inputs, *node.outputs) if s.enabled]
         found.append((node.name, plain_values(node), sockets))
     ends = [
         (k.from_node.name, k.from_socket.name, k.to_node.name, k.to_socket.name)
