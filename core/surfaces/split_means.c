@@ -15,6 +15,7 @@
  */
 #include "surfaces/split_means.h"
 
+#include <float.h>
 #include <math.h>
 #include <stdbool.h>
 #include <stdint.h>
@@ -150,7 +151,8 @@ static float share_of_three(const struct rf_surface *c, const struct rf_surface 
     /* So that neither T nor what is left for nothing is negative. */
     float most = rf_min_float(mean / f, (1 - q) / (1 - k));
     float a = rf_max_float(rf_min_float(dot / norm, most), 0);
-    if (!(most >= 0 && norm > 0 && a <= 1))
+    const bool is_finite = fabsf(dot) <= FLT_MAX && norm <= FLT_MAX;
+    if (!(most >= 0 && norm > 0 && is_finite && a <= 1))
         return NAN;
     float t = (mean - a * f) / far->distance;
     for (int n = 0; a < 1 && n < 4; n++)

@@ -454,6 +454,10 @@ static void what_no_three_shares_have_is_left_to_colours(void)
     struct twigs unknown = {.twig = 0.2f, .light = 1, .mean = NAN};
     const float by_colour = share_before_twigs(&unknown);
     CHECK(share_before_twigs(&beyond) == by_colour);
+    /* Nor are three told where squares of colours overflow. */
+    struct twigs lit = {.twig = 0.2f, .light = 5, .mean = NAN};
+    struct twigs blinding = {.twig = 0.2f, .light = 1e25f, .mean = OF_SHARES};
+    CHECK_NEAR(share_before_twigs(&blinding), share_before_twigs(&lit), 1e-4);
 }
 
 /* Between twigs a pixel that shows the sky alone counts, but no fringe of a lamp does. */
