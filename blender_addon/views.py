@@ -650,10 +650,13 @@ def _take(session):
     if session.is_sequence:
         files = list(map(_only_view, copies[:n], session.suffixes))
     else:
-        rendered = passes.RenderedPasses(copies[0], n)
         suffixes = session.suffixes[:n]
-        missing = [one for one in suffixes if one not in rendered.files]
-        if missing:
+        for _ in range(2):  # seen once in a busy machine: a file that was not written
+            rendered = passes.RenderedPasses(copies[0], n)
+            missing = [one for one in suffixes if one not in rendered.files]
+            if not missing:
+                break
+        else:
             multiview_works = False
             raise ViewsError(
                 f"this Blender rendered only {n - len(missing)} of {n} views together; "

@@ -3,7 +3,8 @@
 
     node_scores.py DIST OUT    (after -- where Blender is a program)
 
-OUT/SCENE_node.exr and, with eight views of an eighth of the samples,
+OUT/SCENE_node.exr, of posts without Clean Edges and with it OUT/posts_node_edges.exr,
+and, with eight views of an eighth of the samples,
 OUT/SCENE_node_views.exr; of posts OUT/posts_views/passes0001_v00.exr and so on, too. Those
 of mirrors are with Mirrors and Glass.
 """
@@ -32,6 +33,8 @@ def render_posts():
     data = scene.camera.data
     data.dof.use_dof = True  # Rack Focus switches it off while the scene renders
     data.rack_focus.enabled = True
+    common.render(scene, OUT / "posts_node_edges.exr")
+    data.rack_focus.clean_edges = False
     common.render(scene, OUT / "posts_node.exr")
     message = addon("engine").last_run[scene.name]["message"]
     assert not message, message
