@@ -6,8 +6,8 @@
  * mirrors and glass the length of the next ray is added: there and around it the mean is
  * not known.
  *
- * Worth with 8 views and the denoiser 0.8 dB on cut-out leaves, with one view 0.1 to 0.3
- * (docs/notebook/views.md).
+ * Worth with 8 views and the denoiser 0.8 dB on cut-out leaves, with one view 0 to 1.7
+ * (docs/notebook/rivals.md).
  */
 #include "sources/planar_means.h"
 
