@@ -13,7 +13,7 @@ from bpy.props import (
     StringProperty,
 )
 
-from . import compat, lens, pictures, setup, supersample, walked, words, writing
+from . import compat, lens, parts, pictures, setup, walked, words, writing
 from .library import rackfocus
 
 OVERRIDABLE = {"LIBRARY_OVERRIDABLE"}
@@ -222,13 +222,11 @@ class CameraSettings(bpy.types.PropertyGroup):
     )
     supersample: IntProperty(
         override=OVERRIDABLE,
-        name="Supersample",
-        description="Render at so many times the size, with as many fewer samples for "
-        "each pixel: the same time, and edges whose depth is known. The picture has the "
-        "size that you ask for",
-        min=1,
-        max=supersample.MOST,
-        default=1,
+        name=words.FIELDS["supersample"][0],
+        description=words.FIELDS["supersample"][1],
+        min=0,
+        max=parts.MOST,
+        default=0,
     )
     clean_edges: BoolProperty(
         override=OVERRIDABLE,

@@ -18,10 +18,8 @@ parts, that of its disc and of placing them between parts.
 
 import numpy as np
 
-from . import bodies, camera_objects, freestyle, group, lens, setup
+from . import lens
 
-MOST = 4
-LARGEST_PX = 32768  # of a side, for Blender and the filter
 PLACING = 1 / 6  # variance of placing anywhere between two pixels by both, px^2
 # Of what moved views have, so much is made up for: eight denoised views of 64 samples of
 # fine textures in focus like less (plane +0.5 dB, foliage +0.7), rims of lamps more (posts
@@ -29,35 +27,7 @@ PLACING = 1 / 6  # variance of placing anywhere between two pixels by both, px^2
 MADE_UP_FOR = 0.85
 
 
-# ---- what is asked for ------------------------------------------------------------
-
-
-def why_not(scene):
-    """Why the pictures of a scene are not supersampled, or "": for the box."""
-    render = scene.render
-    if render.engine != "CYCLES":
-        return "Supersample works with Cycles"
-    if render.use_border:
-        return "Supersample does not work with a render region"
-    if render.use_multiview:
-        return "Supersample does not work with stereo"
-    if group.nodes_of(scene):
-        return "Supersample does not work with Rack Focus nodes on pictures"
-    if freestyle.is_drawn(scene):
-        return "Supersample does not work with Freestyle's lines"
-    if bodies.why_one_view(scene):
-        return "Supersample does not work with rigid bodies that are not baked"
-    if setup.filter_scene_of(scene) is not None and not setup.can_mute_sources(scene):
-        return "Your nodes use other passes too: without Supersample"
-    return ""
-
-
-def factor(scene):
-    """N of a render of a scene; 1 where it is not supersampled."""
-    settings = [c.data.rack_focus for c in camera_objects.cameras_of(scene)]
-    asked = max((s.supersample for s in settings if s.enabled), default=1)
-    longest = max(lens.picture_size(scene.render))
-    return 1 if why_not(scene) else max(min(asked, LARGEST_PX // longest), 1)
+# ---- rendering ------------------------------------------------------------------
 
 
 def prepare(copy, scale):

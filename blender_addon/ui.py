@@ -19,6 +19,7 @@ from . import (
     memory,
     mirrors,
     outputs,
+    parts,
     persistent,
     refocusing,
     sampling,
@@ -27,7 +28,6 @@ from . import (
     shining,
     strips,
     strokes,
-    supersample,
     unblurred,
     view_compositor,
     views,
@@ -105,8 +105,8 @@ class CameraPanel(InCamera):
         column.active = settings.enabled
         draw_method(column, settings)
         column.prop(settings, "quality")
-        column.prop(settings, "supersample")
-        if settings.enabled and settings.supersample > 1:
+        draw_field(column, settings, "supersample")
+        if settings.enabled and settings.supersample != 1:
             for text in describe_supersample(settings, scene):
                 column.label(text=text, icon="INFO")
         if shares.is_offered(scene, settings):
@@ -220,13 +220,20 @@ def draw_finish(layout, scene, settings):
 
 
 def describe_supersample(settings, scene):
-    """Lines on the size and the samples of a supersampled render, or why it is none."""
-    reason = supersample.why_not(scene)
+    """Lines on the size and the samples of a supersampled render, or why it is none.
+
+    With 0, Automatic, other engines than Cycles are no news.
+    """
+    if settings.supersample == 0 and scene.render.engine != "CYCLES":
+        return []
+    reason = parts.why_not(scene)
+    if not reason and views.is_unfiltered(settings, scene):
+        reason = "The picture is not filtered: without Supersample"
+    if not reason and settings.supersample == 0 and parts.factor(scene) == 1:
+        reason = parts.why_not_automatic(scene)
     if reason:
         return [reason]
-    if views.is_unfiltered(settings, scene):
-        return ["The picture is not filtered: without Supersample"]
-    scale, n = supersample.factor(scene), views.view_count(settings)
+    scale, n = parts.factor(scene), views.view_count(settings)
     width, height = lens.picture_size(scene.render)
     whole, each = sampling.samples_of(scene), settings.view_samples
     samples = sampling.samples_of_view(whole, n, each, scale)
@@ -235,7 +242,7 @@ def describe_supersample(settings, scene):
     if scene.render.use_motion_blur:
         lines.append("With Motion Blur, what moves comes out better without")
     if n == 1:  # views say it
-        lines += memory.describe(scene, width * height * scale**2)
+        lines += memory.describe(scene, 1, width * height * scale**2)
     return lines
 
 

@@ -34,6 +34,8 @@ from . import (
     memory,
     mirrors,
     moving,
+    one_by_one,
+    parts,
     passes,
     sampling,
     setup,
@@ -62,9 +64,6 @@ class ViewsError(Exception):
     """The views cannot be used; the message is for the user."""
 
 
-multiview_works = True  # until a render shows that it does not
-
-
 class Session:
     """A render of a scene in several views, from its start to its end."""
 
@@ -73,7 +72,7 @@ class Session:
         self.copy_names = [copy.name for copy in copies]
         self.own_name = own.name if own is not None else ""
         self.drawn_name = drawn.name if drawn is not None else ""
-        self.scale = supersample.factor(scene) if copies else 1
+        self.scale = parts.factor(scene) if copies else 1
         self.is_noisy = False  # are the views rendered with their grain?
         self.is_sequence = len(copies) > 1
         self.suffixes = []  # of the views' cameras
@@ -120,18 +119,6 @@ def view_count(settings):
     return min(settings.views, MOST_MERGED)
 
 
-def is_one_by_one(settings, scene):
-    """Are the views rendered one after another?"""
-    is_matte_wrong = compat.MATTES_ADD_VIEWS and setup.has_mattes(scene)
-    is_wrong = is_matte_wrong or culling.is_on(scene)
-    return not multiview_works or is_wrong or is_spread(settings)
-
-
-def is_spread(settings):
-    """Do the views differ in time?"""
-    return settings.method == "accumulate" and settings.shutter_spread
-
-
 def why_one_view(scene):
     """Why a scene is rendered in one view whatever its cameras ask for, or ""."""
     if scene.render.use_multiview:
@@ -150,7 +137,7 @@ def in_vain(scene):
     has_views = any(view_count(one) > 1 for one in settings)
     lines = [why_one_view(scene)] if has_views else []
     if any(one.supersample > 1 for one in settings):
-        lines.append(supersample.why_not(scene))
+        lines.append(parts.why_not(scene))
     lines += [mirrors.why_not(scene, one) for one in settings if one.mirrors]
     if are_asked(scene) and walked.once(sharp.names_of, scene):
         lines.append(KEEP_SHARP)
@@ -171,7 +158,7 @@ def describe(settings, scene, n):
         return ["The picture is not filtered: one view is rendered"]
     width, height = lens.picture_size(scene.render)
     lines = []
-    samples, scale = sampling.samples_of(scene), supersample.factor(scene)
+    samples, scale = sampling.samples_of(scene), parts.factor(scene)
     if samples:
         each = sampling.samples_of_view(samples, n, settings.view_samples)
         cost = f"{n * each / samples:.3g} × the time of one render"
@@ -185,7 +172,7 @@ def describe(settings, scene, n):
             lines.append("better where metal or water glints")
     if settings.views > n:
         lines.append(f"{MOST_MERGED} views at most can be merged")
-    if is_one_by_one(settings, scene):
+    if one_by_one.is_so(settings, scene):
         lines.append("The views are rendered one after another")
         lines.append("Each prepares the scene anew, which takes longer")
     elif scene.render.use_motion_blur:
@@ -195,7 +182,7 @@ def describe(settings, scene, n):
         lines.append("With Motion Blur, one view where this camera moves")
     if walked.once(sharp.names_of, scene):
         lines.append(KEEP_SHARP)
-    return lines + memory.describe(scene, n * width * height * scale**2)
+    return lines + memory.describe(scene, n, width * height * scale**2)
 
 
 def is_unfiltered(settings, scene):
@@ -230,7 +217,7 @@ def _asked(scene):
     """(most views of a camera of a scene, parts of a pixel along its side)."""
     cameras = [c for c in camera_objects.cameras_of(scene) if c.data.rack_focus.enabled]
     counts = (view_count(c.data.rack_focus) for c in cameras)
-    return max(counts, default=1), supersample.factor(scene)
+    return max(counts, default=1), parts.factor(scene)
 
 
 def is_copy(scene):
@@ -266,7 +253,7 @@ def begin(scene, own_samples=0, is_refocus=False):
     if reason:
         failures.note(scene, reason, is_failure=False)
         return
-    is_sequence = any(is_one_by_one(c.data.rack_focus, scene) for c in cameras)
+    is_sequence = any(one_by_one.is_so(c.data.rack_focus, scene) for c in cameras)
     n_copies = most * scale**2 if is_sequence else 1
     copies = [
         _make_copy(scene, not is_shared) for _ in range(n_copies if has_copies else 0)
@@ -470,9 +457,9 @@ def _prepare_copy(session, copy, index):
     for layer, own in zip(copy.view_layers, source.view_layers, strict=True):
         layer.use = own.use and is_used
     _split_samples(source, copy, index)
-    is_by_name = multiview_works or not session.is_sequence
+    is_by_name = one_by_one.multiview_works or not session.is_sequence
     copy.render.use_multiview = n_cameras > 1 and is_by_name
-    is_still = session.n_views > 1 and is_spread(
+    is_still = session.n_views > 1 and one_by_one.is_spread(
         camera_objects.settings_of(session.camera)
     )
     copy.render.use_motion_blur = source.render.use_motion_blur and not is_still
@@ -533,7 +520,7 @@ def moment_of(scene):
     if scene.name not in session.copy_names:
         return None
     n = session.n_views
-    if n < 2 or not is_spread(camera_objects.settings_of(session.camera)):
+    if n < 2 or not one_by_one.is_spread(camera_objects.settings_of(session.camera)):
         return None
     index = session.copy_names.index(scene.name) // session.frame_scale**2
     start = compat.shutter_start(source)
@@ -637,7 +624,6 @@ def collect(scene):
 
 
 def _take(session):
-    global multiview_works
     copies, n_views, n = session.copies(), session.n_views, session.n_cameras()
     if n < 2 and not session.is_noisy:
         return passes.RenderedPasses(copies[0])
@@ -657,7 +643,7 @@ def _take(session):
             if not missing:
                 break
         else:
-            multiview_works = False
+            one_by_one.multiview_works = False
             raise ViewsError(
                 f"this Blender rendered only {n - len(missing)} of {n} views together; "
                 "render again: they are rendered one after another from now on"

@@ -72,6 +72,7 @@ def main():
     scene = make_scene()
     data, score = scene.camera.data, common.addon("library").rackfocus.compare
     data.dof.use_dof, scene.cycles.samples = True, 4096
+    data.rack_focus.supersample = 1
     wanted = common.rgba(common.render(scene, OUT / "reference.exr"))
     for total in TOTALS:
         found = {}

@@ -122,7 +122,7 @@ def automatic_is_a_tick():
         assert getattr(settings, field) == 0 and not getattr(settings, f"has_{field}")
         setattr(settings, f"has_{field}", True)
         assert getattr(settings, field) == first
-        setattr(settings, field, 2.5)
+        setattr(settings, field, 3)
         assert getattr(settings, f"has_{field}")
         setattr(settings, f"has_{field}", False)
         assert getattr(settings, field) == 0
@@ -369,6 +369,7 @@ def an_asset_library():
     bright.matrix_world = camera.matrix_world
     bright.data.dof.focus_distance = camera.data.dof.focus_distance
     bright.data.rack_focus.clean_edges = False  # what filtered() makes
+    bright.data.rack_focus.supersample = 1
     scene.collection.objects.link(bright)
     scene.camera = bright
     addon("handlers").on_change()

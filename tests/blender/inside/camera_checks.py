@@ -38,7 +38,7 @@ WAYS = (
 
 def prepare():
     """Views rendered together; the camera is not where those of views would be."""
-    addon("views").multiview_works = True
+    addon("one_by_one").multiview_works = True
     bpy.context.scene.camera.location = 0.25, 0, 0.1
 
 

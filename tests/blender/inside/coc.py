@@ -234,7 +234,7 @@ def measure(name):
     data.dof.use_dof = True
     scene.cycles.samples = SAMPLES
     physical = variances(rgba(common.render(scene, OUT / "c.exr"))) - variances(sharp)
-    data.rack_focus.enabled = True
+    data.rack_focus.enabled, data.rack_focus.supersample = True, 1
     scene.cycles.samples = SHARP_SAMPLES
     node = rgba(common.render(scene, OUT / "c.exr"))
     expected = common.filtered(scene, sharp, common.depth_of(channels))

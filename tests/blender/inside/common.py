@@ -264,11 +264,12 @@ def filtered(scene, colour, depth, size=None):
 def start(**settings):
     """Enables the camera with settings; returns (scene, camera data).
 
-    Without the pass of Clean Edges: what is rendered is what filtered() makes.
+    Without the pass of Clean Edges, and with whole pixels: what is rendered is what
+    filtered() makes.
     """
     scene = bpy.context.scene
     data = scene.camera.data
-    data.rack_focus.clean_edges = False
+    data.rack_focus.clean_edges, data.rack_focus.supersample = False, 1
     for name, value in settings.items():
         setattr(data.rack_focus, name, value)
     data.rack_focus.enabled = True

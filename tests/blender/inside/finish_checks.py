@@ -176,7 +176,7 @@ def where_it_does_not_supersample():
     """The box says so, and the picture is that without."""
     scene, data = start()
     plain = rgba(render(scene, OUT / "f.exr"))
-    supersample, ui = addon("supersample"), addon("ui")
+    parts, ui = addon("parts"), addon("ui")
     data.rack_focus.supersample = 2
     assert ui.describe_supersample(data.rack_focus, scene) == [
         "144 × 96 px, 4 samples each"
@@ -186,8 +186,56 @@ def where_it_does_not_supersample():
     scene.render.use_motion_blur = False
     scene.render.use_border = True
     assert "region" in ui.describe_supersample(data.rack_focus, scene)[0]
-    assert supersample.factor(scene) == 1
+    assert parts.factor(scene) == 1
     same(rgba(render(scene, OUT / "f.exr")), plain)
+
+
+@check
+def supersample_is_automatic():
+    """With 0 it is 2, but where the renderer would take longer or something is lost."""
+    scene, data = start()
+    parts, ui = addon("parts"), addon("ui")
+    settings, render_settings, layer = (
+        data.rack_focus,
+        scene.render,
+        scene.view_layers[0],
+    )
+    settings.supersample = 2
+    asked = rgba(render(scene, OUT / "f.exr"))
+    settings.property_unset("supersample")
+    assert settings.supersample == 0 and not settings.has_supersample
+    assert ui.describe_supersample(settings, scene) == ["144 × 96 px, 4 samples each"]
+    same(rgba(render(scene, OUT / "f.exr")), asked)
+    cycles = scene.cycles
+    scene.camera.data.dof.use_dof = True
+    for owner, name, value, why in (
+        (settings, "method", "box", "final pictures"),
+        (settings, "quality", "preview", "final pictures"),
+        (settings, "mirrors", True, "Mirrors"),
+        (data, "type", "ORTHO", "orthographic"),
+        (render_settings, "use_motion_blur", True, "moves"),
+        (render_settings, "use_border", True, "region"),
+        (cycles, "samples", 3, "3 samples"),
+        (cycles, "samples", 7, "7 samples"),
+        (settings, "views", 8, "2 samples"),
+        (addon("one_by_one"), "multiview_works", False, "anew"),
+        (addon("memory"), "LOUD_BYTES", 144 * 96 * 250, "GB"),
+        (layer, "use_pass_mist", True, "other passes"),
+        (addon("compat"), "writes_passes", lambda _: True, "other passes"),
+        (cycles, "use_guiding", True, "Guiding"),
+    ):
+        before = getattr(owner, name)
+        setattr(owner, name, value)
+        lines = ui.describe_supersample(settings, scene)
+        assert parts.factor(scene) == 1 and len(lines) == 1, (name, lines)
+        assert why in lines[0], (name, lines)
+        setattr(owner, name, before)
+        assert parts.factor(scene) == 2, name
+    cycles.samples, settings.views = 64, 8
+    assert parts.factor(scene) == 2
+    render_settings.engine = "BLENDER_WORKBENCH"
+    assert parts.factor(scene) == 1
+    assert ui.describe_supersample(settings, scene) == []
 
 
 # ---- finish -----------------------------------------------------------------------

@@ -118,7 +118,7 @@ def steps():
     yield from show_camera()
     yield 0.5
     data.dof.use_dof = True
-    data.rack_focus.clean_edges = False  # what filtered() makes
+    data.rack_focus.clean_edges, data.rack_focus.supersample = False, 1  # as filtered()
     data.rack_focus.enabled = True
     bpy.ops.ed.undo_push(message="Rack Focus")
     FOUND["scenes"] = len(bpy.data.scenes)

@@ -33,6 +33,8 @@ def render_posts():
     data = scene.camera.data
     data.dof.use_dof = True  # Rack Focus switches it off while the scene renders
     data.rack_focus.enabled = True
+    common.render(scene, OUT / "posts_node_parts.exr")
+    data.rack_focus.supersample = 1
     common.render(scene, OUT / "posts_node_edges.exr")
     data.rack_focus.clean_edges = False
     common.render(scene, OUT / "posts_node.exr")

@@ -68,7 +68,7 @@ def in_camera(area, scene):
     settings.views, settings.supersample = 8, 2
     yield from to_the_end(area)
     yield from shown("views", area)
-    settings.views, settings.supersample = 1, 1
+    settings.views, settings.supersample = 1, 0
     scene.render.use_compositing = False
     yield from to_the_end(area)
     yield from shown("compositing_off", area)

@@ -738,7 +738,7 @@ def freestyle_lines_stay_sharp():
     assert any(
         "one view" in t for t in addon("views").describe(data.rack_focus, scene, 4)
     )
-    assert "Freestyle" in addon("supersample").why_not(scene)
+    assert "Freestyle" in addon("parts").why_not(scene)
     ((found, _),) = common.kept(scene)
     alpha = found.lines[..., 3:]
     assert (alpha == 1).mean() > 0.02, (alpha == 1).mean()

@@ -39,7 +39,7 @@ from common import (  # noqa: E402
 
 def prepare():
     """Views rendered together, 16 samples."""
-    addon("views").multiview_works = True
+    addon("one_by_one").multiview_works = True
     bpy.context.scene.cycles.samples = 16
 
 
