@@ -281,6 +281,15 @@ class RenderedPasses:
         ]
         return max(found, key=len)
 
+    def drop_guides(self):
+        """Lets go of the passes of GUIDES, and of the mapped files that have them."""
+        parts = tuple(f".{part}." for part, _ in GUIDES.values())
+        for suffix, channels in self.files.items():
+            kept = [n for n in channels if not any(p in n for p in parts)]
+            if len(kept) < len(channels):
+                planes = np.stack([channels[name] for name in kept])
+                self.files[suffix] = dict(zip(kept, planes, strict=True))
+
     def _asked(self, name, view):
         """The pairs of a layer's name and a view, by which channels may be found."""
         layers = dict.fromkeys((name, self.old_names.get(name, name)))

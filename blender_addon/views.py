@@ -649,6 +649,10 @@ def _take(session):
                 "render again: they are rendered one after another from now on"
             )
         files = [(rendered, one, f"v{i:02d}") for i, one in enumerate(suffixes)]
+    source = copies[0].rack_focus.viewed
+    if not session.is_noisy and not compat.writes_passes(source):
+        for rendered in {id(one): one for one, _, _ in files}.values():
+            rendered.drop_guides()
     settings = session.camera.data.rack_focus
     is_look_at = settings.method == "accumulate" and settings.camera_move == "look_at"
     places = [session.places[i] for i in range(n_views)]

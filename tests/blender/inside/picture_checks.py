@@ -45,7 +45,7 @@ def f12_is_the_filter_on_the_passes():
 
 @check
 def denoising_data_tells_shares():
-    """Of one view its depth is read at edges; the pass comes and goes with Clean Edges."""
+    """Its depth is read at edges; the pass comes and goes with Clean Edges."""
     scene, data = start()
     settings, owner = data.rack_focus, scene.view_layers[0].cycles
     assert settings.bl_rna.properties["clean_edges"].default
@@ -76,7 +76,7 @@ def denoising_data_tells_shares():
 
 @check
 def clean_edges_take_nothing_for_others():
-    """Several views, other methods and engines get no pass for it; mirrors have theirs."""
+    """Means, other methods and engines get no pass for it; mirrors have theirs."""
     scene, data = start()
     settings, module = data.rack_focus, addon("shares")
     layer = scene.view_layers[0]
@@ -86,6 +86,9 @@ def clean_edges_take_nothing_for_others():
     layer.name = "renamed"
     addon("setup").sync(scene)
     settings.views = 2
+    module.need_pass(scene)
+    assert layer.cycles.denoising_store_passes
+    settings.method = "accumulate"
     module.need_pass(scene)
     assert not layer.cycles.denoising_store_passes
     settings.views, settings.method = 1, "scatter"

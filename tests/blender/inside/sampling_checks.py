@@ -13,7 +13,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parent))
 import checking  # noqa: E402
-from checking import OUT, Checks, key_focus, update  # noqa: E402
+from checking import OUT, Checks, key_focus, refocused, shot, update  # noqa: E402
 from common import (  # noqa: E402
     Watch,
     addon,
@@ -22,6 +22,7 @@ from common import (  # noqa: E402
     last_message,
     render,
     rgba,
+    same,
     set_output,
     settings_of,
     start,
@@ -303,17 +304,41 @@ def an_orthographic_camera_that_moves_has_one_view_with_motion_blur():
 
 
 @check
+def clean_edges_of_several_views():
+    """Denoising Depth of each is read, and what else came with it is let go."""
+    scene, data = start(views=2)
+    scene.cycles.samples = 16
+    for supersample in (1, 2):
+        data.rack_focus.supersample = supersample
+        made = []
+        for data.rack_focus.clean_edges in (False, True):
+            made.append(shot(scene, "ce.exr"))
+            views = kept(scene)
+            assert not last_message(scene), last_message(scene)
+            has_rays = [layer.rays is not None for layer, _ in views]
+            assert has_rays == [data.rack_focus.clean_edges] * 2, has_rays
+            found = addon("passes").rendered(scene)
+            assert not any(found.guides("ViewLayer", j) for j in range(2))
+            size = views[0][0].depth.shape
+            assert size == (48 * supersample, 72 * supersample), size
+        assert (made[0] != made[1]).any()
+        same(refocused(scene, "ce.exr"), made[1])
+
+
+@check
 def memory_of_views_is_said():
     """What they take while they are merged and cleaned, not what is kept of them alone."""
     scene, data = start(views=8)
     scene.cycles.samples = 64
     data.rack_focus.supersample = 2
     said = "The views need some {} GB of memory"
-    for width, is_denoised, line in (
-        (72, False, None),
-        (1920, False, said.format(8)),  # 8 x 3840 x 2160 x 120 bytes
-        (1920, True, said.format(19)),
+    for width, is_denoised, is_clean, line in (
+        (72, False, False, None),
+        (1920, False, False, said.format(8)),  # 8 x 3840 x 2160 x 120 bytes
+        (1920, False, True, said.format(10)),
+        (1920, True, True, said.format(19)),
     ):
+        data.rack_focus.clean_edges = is_clean
         scene.render.resolution_x, scene.render.resolution_y = width, width * 9 // 16
         scene.cycles.use_denoising = is_denoised
         lines = addon("views").describe(data.rack_focus, scene, 8)

@@ -79,7 +79,7 @@ def lens_options(scene):
 def f12_merges_what_it_keeps():
     """The tests compare node and command on the kept files, refocused too."""
     shutil.rmtree(OUT / "kept", ignore_errors=True)
-    scene, data = start(views=4, passes_folder=str(OUT / "kept"))
+    scene, data = start(views=4, clean_edges=True, passes_folder=str(OUT / "kept"))
     data.dof.aperture_blades = 6
     data.dof.aperture_ratio = 1.25
     data.shift_x = 0.1
