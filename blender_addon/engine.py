@@ -506,7 +506,8 @@ class RackFocusEngine(bpy.types.RenderEngine):
                 part = frame.layer, frame.suffix, layers[0].depth.shape
                 key = passes.rendered(source), part
                 return mirrors.lights_of_views(made, rendered, key, self._report)
-            return [mirrors.lights_of(made, layer, params, threads) for layer in layers]
+            about = params, frame.camera.data.clip_start, threads
+            return [mirrors.lights_of(made, layer, *about) for layer in layers]
         if not mirrors.why_not(source, settings):
             message = "Mirrors and Glass: this render lacks the passes; press F12"
             last_run[source.name]["message"] = message

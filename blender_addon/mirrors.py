@@ -151,10 +151,11 @@ def _light(planes):
     return np.nan_to_num((direct + indirect) * colour).astype(np.float32)
 
 
-def lights_of(made, layer, params, threads):
+def lights_of(made, layer, params, near_clip, threads):
     """[(light, distance)] for rackfocus.Filter.process(), by the way of the rays.
 
-    made: the filter, of params; layer: the passes.Layer that it filters, which has seen.
+    made: the filter, of params; layer: the passes.Layer that it filters, which has seen;
+    near_clip: the camera's, scene units, from which on Cycles counts the way.
     """
     seen = layer.seen
     height, width = seen.way.shape
@@ -165,6 +166,7 @@ def lights_of(made, layer, params, threads):
     planar = np.empty_like(way)
     if way.any():  # not in a frame of nothing but sky
         rays.planar_depth(way, planar)
+    planar += near_clip
     planar[way <= 0] = np.nan
     lights = _clean_lights(layer)
     sums = [light.sum(-1) for light in lights]

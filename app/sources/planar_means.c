@@ -65,49 +65,74 @@ static float usual_of(const float *sorted, size_t n)
     return n > 0 ? sorted[best + n_within / 2] : NAN;
 }
 
-/* Has a pixel a sample and a mean, and shows no sky? */
-static bool is_known(float depth, float mean)
+/* Has a pixel a sample and a mean, from which so much is missing, and shows no sky? */
+static bool is_known(float depth, float mean, float missing)
 {
-    return depth > 0 && isfinite(depth - mean) && mean > LEAST_MEAN * depth;
+    return depth > 0 && depth < SKY && isfinite(depth - mean) &&
+           mean > LEAST_MEAN * (depth - missing);
 }
 
 /*
  * The median distance, and what is missing from the means to the samples, as most often:
- * of mirrors and mixed pixels each is another. NAN: none are known.
+ * of mirrors and mixed pixels each is another. `guess`: of what is missing, INFINITY:
+ * sky takes part nowhere. NAN: none are known.
  */
 static void find_usual(const float *depth, const float *mean, size_t n, float *scratch,
-                       float *distance, float *missing)
+                       float guess, float *distance, float *missing)
 {
     size_t n_known = 0, step = n / N_ASKED + 1;
     for (size_t i = 0; i < n; i += step)
-        if (is_known(depth[i], mean[i]))
+        if (is_known(depth[i], mean[i], guess))
             scratch[n_known++] = depth[i];
     qsort(scratch, n_known, sizeof(*scratch), compare_floats);
     *distance = n_known > 0 ? scratch[n_known / 2] : NAN;
     n_known = 0;
     for (size_t i = 0; i < n; i += step)
-        if (is_known(depth[i], mean[i]))
+        if (is_known(depth[i], mean[i], guess))
             scratch[n_known++] = depth[i] - mean[i];
     qsort(scratch, n_known, sizeof(*scratch), compare_floats);
     *missing = usual_of(scratch, n_known);
 }
 
+/* The nearest of the pixels around one. */
+static float nearest_of(const float *depth, int width, int height, int x, int y)
+{
+    float nearest = INFINITY;
+    for (int j = y > 0 ? y - 1 : y; j <= y + 1 && j < height; j++)
+        for (int i = x > 0 ? x - 1 : x; i <= x + 1 && i < width; i++)
+            nearest = fminf(nearest, depth[(size_t)j * (size_t)width + (size_t)i]);
+    return nearest;
+}
+
+/* What is missing from a mean where sky takes part: of what was hit alone. */
+static float missing_beside_sky(const float *depth, float mean, int width, int height,
+                                int x, int y, float missing)
+{
+    float z = depth[(size_t)y * (size_t)width + (size_t)x];
+    if (!(z < SKY))
+        z = nearest_of(depth, width, height, x, y);
+    const bool has_sky = !signbit(mean) && z > mean && z < SKY;
+    return has_sky ? missing * fminf(mean / (z - missing), 1) : 0;
+}
+
 /* Adds what is missing. Do the means of nearer and of farther things fit their samples? */
-static bool add_missing(const float *depth, float *mean, size_t n, float distance,
-                        float missing)
+static bool add_missing(const float *depth, float *mean, int width, int height,
+                        float distance, float missing)
 {
     size_t n_fitting[2] = {0}, n_known[2] = {0};
-    for (size_t i = 0; i < n; i++) {
-        if (!is_known(depth[i], mean[i])) {
-            const bool has_sky = !signbit(mean[i]) && depth[i] > mean[i];
-            mean[i] += has_sky ? missing * (mean[i] / depth[i]) : 0;
-            continue;
+    for (int y = 0; y < height; y++)
+        for (int x = 0; x < width; x++) {
+            const float z = depth[(size_t)y * (size_t)width + (size_t)x];
+            float *at = &mean[(size_t)y * (size_t)width + (size_t)x];
+            if (!is_known(z, *at, missing)) {
+                *at += missing_beside_sky(depth, *at, width, height, x, y, missing);
+                continue;
+            }
+            *at += missing;
+            const int k = z > NEARER * distance;
+            n_known[k]++;
+            n_fitting[k] += fabsf(*at - z) < FITS * z;
         }
-        mean[i] += missing;
-        const int k = depth[i] > NEARER * distance;
-        n_known[k]++;
-        n_fitting[k] += fabsf(mean[i] - depth[i]) < FITS * depth[i];
-    }
     return n_known[1] > 0 && (float)n_fitting[0] >= LEAST_FITTING * (float)n_known[0] &&
            (float)n_fitting[1] >= LEAST_FITTING * (float)n_known[1];
 }
@@ -130,16 +155,6 @@ static bool is_strange(const float *depth, const float *mean, int width, int hei
     const size_t i = (size_t)y * (size_t)width + (size_t)x;
     return (signbit(mean[i]) || mean[i] > (1 + FITS) * depth[i]) &&
            is_even(depth, width, height, x, y);
-}
-
-/* The nearest of the pixels around one. */
-static float nearest_of(const float *depth, int width, int height, int x, int y)
-{
-    float nearest = INFINITY;
-    for (int j = y > 0 ? y - 1 : y; j <= y + 1 && j < height; j++)
-        for (int i = x > 0 ? x - 1 : x; i <= x + 1 && i < width; i++)
-            nearest = fminf(nearest, depth[(size_t)j * (size_t)width + (size_t)i]);
-    return nearest;
 }
 
 /* Takes the means around a pixel away. */
@@ -180,9 +195,12 @@ bool planar_means_make(const struct rf_lens *lens, const struct rf_params *param
             float *at = &mean[(size_t)y * (size_t)width + (size_t)x];
             *at *= signbit(*at) ? 1 : cosine_at(lens, params, view, x, y);
         }
-    float distance, missing;
-    find_usual(depth, mean, n, scratch, &distance, &missing);
-    if (!add_missing(depth, mean, n, distance, missing))
+    /* Where things are nearer than twice the near clip, sky would seem to take part. */
+    float distance, missing, guess;
+    find_usual(depth, mean, n, scratch, 0, &distance, &guess);
+    find_usual(depth, mean, n, scratch, isnan(guess) ? INFINITY : guess, &distance,
+               &missing);
+    if (!add_missing(depth, mean, width, height, distance, missing))
         return false;
     memcpy(scratch, mean, n * sizeof(*mean));
     for (int y = 0; y < height; y++)

@@ -10,18 +10,18 @@ LENS = {"focus_distance": 4, "lens_radius": 0.1, "focal_length_px": FOCAL_PX}
 EDGE, SHARE = 30, 0.3  # column of mixed pixels, and how much of them is near
 
 
-def frame(offset=(0, 0), shear=0, aspect=1):
+def frame(offset=(0, 0), shear=0, aspect=1, clip=CLIP, far=4):
     """Colours, depths, mean distances and mean lengths of rays of a near half."""
     y, x = np.mgrid[0:HEIGHT, 0:WIDTH] + 0.5
     near = np.where(x < EDGE, 1, np.where(x < EDGE + 1, SHARE, 0))
     grey = near * 0.4 + (1 - near) * (0.5 + 0.3 * np.sin(y))
-    mean = near * 2 + (1 - near) * 4
+    mean = near * 2 + (1 - near) * far
     u, v = (part / shear if shear else 0 for part in offset)
     across = np.hypot(
         (x - WIDTH / 2) / FOCAL_PX - u, (y - HEIGHT / 2) / (FOCAL_PX * aspect) + v
     )
-    rays = (mean - CLIP) * np.sqrt(1 + across**2)
-    depth = np.where(near > 0.5, 2, 4)
+    rays = (mean - clip) * np.sqrt(1 + across**2)
+    depth = np.where(near > 0.5, 2, far)
     planes = np.stack([grey] * 3, -1), depth, mean, rays
     return [plane.astype("f4") for plane in planes]
 
@@ -45,11 +45,22 @@ def test_planar_means_of_rays(offset, shear, aspect):
     assert (wide[:, 1::2] == 0).all()
 
 
+@pytest.mark.parametrize("clip, far", [(1.5, 4), (1.9, 3.6)])
+def test_things_nearer_than_twice_the_near_clip(clip, far):
+    """Of which the rays are shorter than half of the distance; here the near half, and all."""
+    _, depth, mean, rays = frame(clip=clip, far=far)
+    made = rackfocus.Filter(WIDTH, HEIGHT, **LENS)
+    out = np.empty_like(depth)
+    assert made.mean_depth(rays, depth, out)
+    assert np.allclose(out, mean, rtol=1e-4)
+
+
 @pytest.mark.parametrize("no_hit", [0, np.finfo("f4").max / 4])  # Blender's from 5.2 on
 @pytest.mark.parametrize("is_near", [True, False])
-def test_rays_that_hit_nothing(no_hit, is_near):
+@pytest.mark.parametrize("clip", [CLIP, 1.5])
+def test_rays_that_hit_nothing(no_hit, is_near, clip):
     """The near half before a sky, whatever such rays count and the depth sample hit."""
-    _, depth, mean, rays = frame()
+    _, depth, mean, rays = frame(clip=clip)
     mixed = np.s_[:, EDGE]
     depth[:, EDGE:] = 1e10
     depth[mixed] = 2 if is_near else 1e10
@@ -60,7 +71,7 @@ def test_rays_that_hit_nothing(no_hit, is_near):
     assert made.mean_depth(rays, depth, out)
     assert np.allclose(out[:, :EDGE], 2, rtol=1e-4)
     assert (out[:, EDGE + 1 :] == 0).all()
-    assert np.allclose(out[mixed], SHARE * 2, rtol=0.06)  # the near clip is not known
+    assert np.allclose(out[mixed], SHARE * 2, rtol=1e-4)
 
 
 def test_reflected_rays_that_hit_nothing_are_not_believed():

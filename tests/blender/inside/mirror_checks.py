@@ -73,6 +73,30 @@ def what_mirrors_show():
 
 
 @check
+def the_way_in_mirrors_counts_from_the_camera():
+    """Cycles counts it from the near clip on."""
+    scene, data = start(mirrors=True)
+    _mirror_before_cubes(scene)
+    module, distances = addon("mirrors"), []
+    lights_of = module.lights_of
+
+    def watched(*about):
+        found = lights_of(*about)
+        distances.append(np.nanmedian(found[0][1]))
+        return found
+
+    module.lights_of = watched
+    try:
+        for data.clip_start in (0.1, 2.5):
+            shot(scene, "mi.exr")
+            assert not last_message(scene), last_message(scene)
+    finally:
+        module.lights_of = lights_of
+    # 3 to the mirror, and 5.75 from there to the cubes times its colour, 0.8.
+    assert np.allclose(distances, 7.6, atol=0.05), distances
+
+
+@check
 def what_mirrors_show_in_several_views():
     """Each view's by its own distance, with and without Cycles' denoiser."""
     scene, data = start(views=2)
@@ -151,8 +175,8 @@ def mirrored_light_loses_the_grain_that_the_picture_lost():
         seen = module.Seen((mirrored, (none,) * 9), kept, way)
         clean = np.full_like(noisy, 0.4)
         layer = passes.Layer(clean, one, seen=seen, grainy=grainy)
-        light, _ = module.lights_of(made, layer, params, 1)[0]
+        light, _ = module.lights_of(made, layer, params, 0, 1)[0]
         assert np.allclose(light, 0.2), np.abs(light - 0.2).max()
     layer = passes.Layer(noisy, one, seen=module.Seen((mirrored,) * 2, (), none))
-    light, _ = module.lights_of(made, layer, params, 1)[0]
+    light, _ = module.lights_of(made, layer, params, 0, 1)[0]
     assert np.array_equal(light, noisy / 2)
