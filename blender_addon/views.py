@@ -82,7 +82,6 @@ class Session:
         self.n_views = 1  # of the frame
         self.frame_scale = 1  # of the frame: 1 too where it cannot be filtered
         self.places = {}  # of the frame's views, by their numbers
-        self.placed = set()  # suffixes of cameras that were put in their places for it
         self.problem = ""  # why they could not be placed
         self.note = ""  # on the frame's views, for the user
         self.is_collected = False
@@ -374,7 +373,7 @@ def _look_through(scene, session, camera):
     session.camera, session.noted = camera, scene.camera
     for beside in filter(None, (session.own(), session.drawn())):
         _prepare_beside(scene, beside, session.camera)
-    session.places, session.placed = {}, set()
+    session.places = {}
     session.n_views = min(
         view_count(camera_objects.settings_of(session.camera)),
         max(len(session.suffixes) // session.scale**2, 1),
@@ -565,12 +564,8 @@ def follow(scene, depsgraph):
             seen.data, source.render, session.frame_scale, part
         )
         point = points[number // n_parts]
-        # 3.4 evaluates a new parent with the first write after it only.
-        is_first = suffix not in session.placed
-        session.placed.add(suffix)
-        place = view_cameras.put(
-            camera, seen, made, plane, (*point[:3], *right_up), is_first
-        )
+        about = *point[:3], *right_up
+        place = view_cameras.put(camera, seen, made, plane, about)
         set_if_other(camera.data.dof, "use_dof", is_moved)
         if is_moved:
             sampling.open_lens(camera.data, made, spread_px, aspect)

@@ -243,6 +243,25 @@ def other_objects_of_these_names():
 
 
 @check
+def a_lens_that_moves_leaves_views_where_they_are():
+    """With Motion Blur 3.4 lost the parents of their cameras, and they showed nothing."""
+    scene, data = start(views=3)
+    scene.cycles.samples = 24
+    for owner, name in ((data.dof, "focus_distance"), (data, "shift_x")):
+        middle, shown = getattr(owner, name), []
+        for frame, step in ((1, -0.04), (3, 0.04)):
+            setattr(owner, name, middle + step)
+            owner.keyframe_insert(name, frame=frame)
+        scene.frame_set(2)
+        for scene.render.use_motion_blur in (False, True):
+            bpy.ops.render.render()
+            assert not last_message(scene), last_message(scene)
+            shown.append([(layer.depth < 1e9).mean() for layer, _ in kept(scene)])
+        assert min(shown[0]) > 0.2, (name, shown)
+        assert np.allclose(*shown, atol=0.05), (name, shown)
+
+
+@check
 def motion_blur_reads_the_artists_lens():
     """In each of its evaluations, not the tiny lens that few samples are taken with."""
     scene, data = start(views=3)
