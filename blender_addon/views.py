@@ -11,8 +11,8 @@ the nodes themselves: a file saved in the middle of a render is put right when i
 Where the views differ in time (shutter spread), or where native multi-view does not
 work, each view has a copy of its own, and Blender renders them one after another.
 
-A frame whose camera cannot be filtered is rendered as the scene says: one view, with all
-samples.
+A frame whose camera is not ticked, or cannot be filtered, is rendered as the scene says:
+one view, with all samples.
 """
 
 import math
@@ -80,7 +80,8 @@ class Session:
         self.camera = None  # of the frame
         self.noted = None  # the scene's camera when the frame was prepared
         self.n_views = 1  # of the frame
-        self.frame_scale = 1  # of the frame: 1 too where it cannot be filtered
+        self.frame_scale = 1  # of the frame: 1 too where it is not filtered
+        self.is_frame_noisy = False  # has the frame its grain?
         self.places = {}  # of the frame's views, by their numbers
         self.problem = ""  # why they could not be placed
         self.note = ""  # on the frame's views, for the user
@@ -374,17 +375,17 @@ def _look_through(scene, session, camera):
     for beside in filter(None, (session.own(), session.drawn())):
         _prepare_beside(scene, beside, session.camera)
     session.places = {}
-    session.n_views = min(
-        view_count(camera_objects.settings_of(session.camera)),
-        max(len(session.suffixes) // session.scale**2, 1),
-    )
-    session.frame_scale, is_noisy = session.scale, session.is_noisy
+    settings = camera_objects.settings_of(session.camera)
+    most = max(len(session.suffixes) // session.scale**2, 1)
+    session.n_views = min(view_count(settings), most)
+    session.frame_scale, session.is_frame_noisy = session.scale, session.is_noisy
     # Where bodies are is known only once the scene is evaluated.
     distances = {session.camera.name_full: 1.0} if bodies.are_in(scene) else {}
     with lens.known(distances):
         is_unfit = bool(lens.why_not(_at_frame(session.camera, scene)))
-    if session.copy_names and is_unfit:
-        session.n_views, session.frame_scale, is_noisy = 1, 1, False
+    if session.copy_names and (is_unfit or not settings.enabled):
+        session.n_views, session.frame_scale = 1, 1
+        session.is_frame_noisy = False
     session.note = ""
     if session.n_views > 1:
         note = moving.why_one_view(scene, session.camera)
@@ -394,7 +395,7 @@ def _look_through(scene, session, camera):
         supersample.prepare(copy, session.frame_scale)
         _prepare_copy(session, copy, index)
         if session.is_noisy:
-            denoising.prepare(copy, is_noisy)
+            denoising.prepare(copy, session.is_frame_noisy)
 
 
 def _prepare_beside(scene, copy, camera):
@@ -620,9 +621,9 @@ def collect(scene):
 
 def _take(session):
     copies, n_views, n = session.copies(), session.n_views, session.n_cameras()
-    if n < 2 and not session.is_noisy:
+    if n < 2 and not session.is_frame_noisy:
         return passes.RenderedPasses(copies[0])
-    if n < 2:  # another frame's camera has several, or it cannot be filtered
+    if n < 2:  # another frame's camera has several
         files = [(passes.RenderedPasses(copies[0]), "", "")]
         return view_passes.ViewPasses(files, [passes.MIDDLE], False, 1, is_noisy=True)
     if len(session.places) != n_views:

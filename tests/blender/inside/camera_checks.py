@@ -262,6 +262,26 @@ def a_lens_that_moves_leaves_views_where_they_are():
 
 
 @check
+def frames_of_a_camera_that_is_not_ticked():
+    """As the scene says, with its own lens, whatever another frame's camera asks for."""
+    scene, data = start(views=2, supersample=2)
+    other = scene.camera.copy()
+    other.data = data.copy()
+    scene.collection.objects.link(other)
+    other.data.rack_focus.enabled, other.data.dof.use_dof = False, True
+    for frame, camera in ((1, scene.camera), (2, other)):
+        scene.timeline_markers.new("m", frame=frame).camera = camera
+    scene.cycles.use_denoising = V >= (4, 2, 0)  # 3.4 has none
+    scene.frame_set(2)
+    made = shot(scene, "nt.exr")
+    assert len(kept(scene)) == 1 and not last_message(scene), last_message(scene)
+    data.rack_focus.enabled = False
+    same(made, shot(scene, "nt.exr"))
+    other.data.dof.use_dof = scene.cycles.use_denoising = False
+    assert tpsnr(made, shot(scene, "nt.exr")) < 30
+
+
+@check
 def motion_blur_reads_the_artists_lens():
     """In each of its evaluations, not the tiny lens that few samples are taken with."""
     scene, data = start(views=3)
