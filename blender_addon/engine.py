@@ -427,6 +427,9 @@ class RackFocusEngine(bpy.types.RenderEngine):
             return
         folder = keep.folder_of(frame.camera.data)
         is_render = not source.rack_focus.muted and source.name not in alone
+        reason = keep.why_not(frame.camera.data)
+        if reason and is_render:
+            raise keep.KeepError(reason)
         if folder is None or not is_render:
             return
         stem = keep.stem_of(source, scene.frame_current, frame.layer, frame.suffix)

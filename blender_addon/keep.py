@@ -33,10 +33,19 @@ class KeepError(Exception):
 # ---- names ------------------------------------------------------------------------
 
 
+def why_not(camera_data):
+    """Why passes are not kept though a camera's settings ask for it, or ""."""
+    path = camera_data.rack_focus.passes_folder
+    if path.startswith("//") and not bpy.data.filepath:  # Blender takes where it runs
+        return f"Keep Passes: “{path}” lies beside the file, which is not saved yet: save it"
+    return ""
+
+
 def folder_of(camera_data):
     """The folder that a camera's settings name, or None."""
     path = camera_data.rack_focus.passes_folder
-    return Path(bpy.path.abspath(path)) if path else None
+    is_known = path and not why_not(camera_data)
+    return Path(bpy.path.abspath(path)) if is_known else None
 
 
 def stem_of(scene, frame, layer, suffix=""):

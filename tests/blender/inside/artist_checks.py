@@ -591,6 +591,20 @@ def folders_beside_the_file():
 
 
 @check
+def a_folder_beside_a_file_that_is_not_saved():
+    """The picture is filtered, nothing is kept where Blender runs, and that is told."""
+    bpy.ops.wm.read_homefile()
+    common.set_up_cycles(bpy.context.scene)
+    bpy.context.scene.render.resolution_percentage = 2
+    scene, _ = start(passes_folder="//beside")
+    with contextlib.suppress(RuntimeError):  # a render that has something to say
+        bpy.ops.render.render()
+    said = common.last_message(scene)
+    assert "not saved yet: save it" in said and "not filtered" not in said, said
+    assert not Path("beside").exists()
+
+
+@check
 def the_tutorial():
     """The steps of docs/blender.md with the file that its script makes."""
     path = Path(__file__).parents[3] / "docs" / "make_blender_sample.py"
