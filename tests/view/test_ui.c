@@ -13,9 +13,9 @@ static double number;
 static int choice;
 static bool toggle;
 static char text[64];
-static int n_pressed, n_changed, n_reset;
+static int n_pressed, n_changed, n_reset, n_headings;
 static struct ui_about about;
-static const struct area panel = {100, 0, 300, 400};
+static struct area panel = {100, 0, 300, 400};
 static const struct ui_number spec = {.label = "Number",
                                       .unit = "mm",
                                       .min = 1,
@@ -29,6 +29,8 @@ static const char *const names[] = {"one", "two", "three"};
 static void frame(void)
 {
     ui_begin(&ui, &input, &panel);
+    for (int i = 0; i < n_headings; i++)
+        ui_heading(&ui, "Heading");
     ui_about(&ui, &about);
     n_changed += ui_number(&ui, &spec, &number);
     n_reset += ui_was_reset(&ui);
@@ -175,6 +177,54 @@ static void what_cannot_be_says_so_at_the_field(void)
         key(UI_KEY_ESCAPE);
         CHECK(number == 10);
     }
+}
+
+/* What the vertices of this colour cover, of those that lie above the rest. */
+static struct area covered(uint32_t rgba)
+{
+    float from[2] = {1e9f, 1e9f}, to[2] = {-1e9f, -1e9f};
+    for (size_t i = 0; i < ui.above.n; i++) {
+        const struct gl_vertex *v = &ui.above.items[i];
+        const uint32_t colour = (uint32_t)v->rgba[0] << 24 |
+                                (uint32_t)v->rgba[1] << 16 | (uint32_t)v->rgba[2] << 8 |
+                                v->rgba[3];
+        if (colour != rgba)
+            continue;
+        from[0] = fminf(from[0], v->x);
+        from[1] = fminf(from[1], v->y);
+        to[0] = fmaxf(to[0], v->x);
+        to[1] = fmaxf(to[1], v->y);
+    }
+    return (struct area){(int)from[0], (int)from[1], (int)(to[0] - from[0]),
+                         (int)(to[1] - from[1])};
+}
+
+/* Beside the panel, below the row where there is no room, and above it at the end. */
+static void an_error_and_a_tip_are_both_read(void)
+{
+    static const struct area panels[] = {
+        {500, 0, 300, 400}, {100, 0, 300, 400}, {500, 0, 300, 200}};
+    const struct area old = panel;
+    for (size_t i = 0; i < 3; i++) {
+        panel = panels[i];
+        n_headings = i == 2 ? 5 : 0;
+        start();
+        about = (struct ui_about){.tip = "A number.\nOf several\nlines."};
+        click("Number");
+        write_text("nonsense");
+        key(UI_KEY_ENTER);
+        input.now_s += UI_TIP_S;
+        frame();
+        const struct area error = covered(0xff7b6bff), tip = covered(0xb8b8beff);
+        CHECK(ui.error_id != 0 && ui.is_tip_shown);
+        CHECK(error.width > 0 && tip.width > 0);
+        CHECK(tip.y >= error.y + error.height || error.y >= tip.y + tip.height);
+        CHECK(tip.y >= panel.y && tip.y + tip.height <= panel.y + panel.height);
+        key(UI_KEY_ESCAPE);
+    }
+    panel = old;
+    n_headings = 0;
+    about = (struct ui_about){0};
 }
 
 /* A press elsewhere takes what was typed, and does what it is for. */
@@ -502,6 +552,7 @@ int main(int argc, char **argv)
     TEST(a_number_is_typed);
     TEST(expressions_are_typed);
     TEST(what_cannot_be_says_so_at_the_field);
+    TEST(an_error_and_a_tip_are_both_read);
     TEST(a_press_elsewhere_takes_what_was_typed);
     TEST(a_double_click_puts_back);
     TEST(what_is_off_does_nothing_and_says_why);

@@ -157,9 +157,17 @@ static void move_focus(struct ui *ui)
 
 /* ---- tips ------------------------------------------------------------------------- */
 
-/* A box beside a row, or below it where there is no room; over everything. */
-static void draw_bubble(struct ui *ui, const struct area *row, const char *text,
-                        uint32_t colour)
+static bool is_overlapping(const struct area *a, const struct area *b)
+{
+    return a->x < b->x + b->width && b->x < a->x + a->width &&
+           a->y < b->y + b->height && b->y < a->y + a->height;
+}
+
+/* A box beside a row, or below it where there is no room; over everything. It keeps
+ * clear of `other`, whose width is 0 for none. Returns where it lies; without room it is
+ * not drawn and its width is 0. */
+static struct area draw_bubble(struct ui *ui, const struct area *row, const char *text,
+                               uint32_t colour, const struct area *other)
 {
     const int pad = 2 * ui->gap, em = ui->font->size_px;
     const int room = ui->panel.x - 4 * pad;
@@ -176,12 +184,20 @@ static void draw_bubble(struct ui *ui, const struct area *row, const char *text,
     if (box.y + height > ui->panel.y + ui->panel.height)
         box.y = is_beside ? ui->panel.y + ui->panel.height - height : row->y - height;
     box.y = box.y < ui->panel.y ? ui->panel.y : box.y;
-    const struct area ground = {box.x - pad, box.y, box.width + 2 * pad, height};
+    struct area ground = {box.x - pad, box.y, box.width + 2 * pad, height};
+    if (is_overlapping(&ground, other)) {
+        const int end = ui->panel.y + ui->panel.height;
+        const int below = other->y + other->height + ui->gap;
+        ground.y = below + height <= end ? below : other->y - ui->gap - height;
+        if (ground.y < ui->panel.y)
+            return (struct area){0};
+    }
     ui_draw_box(ui, &ui->above, &ground, EDIT_COLOUR);
     ui_draw_frame(ui, &ui->above, &ground, 1,
                   colour == TEXT_COLOUR ? DIM_COLOUR : colour);
-    box.y += pad;
+    box.y = ground.y + pad;
     ui_draw_wrapped(ui, &ui->above, &box, text, colour);
+    return ground;
 }
 
 /* Remembers what would be said of the control below the mouse. */
@@ -202,7 +218,8 @@ static void note_tip(struct ui *ui, const struct ui_now *now, const struct area 
              about->why_off ? about->why_off : "");
 }
 
-static void draw_tip(struct ui *ui)
+/* `error`: where an error is shown. */
+static void draw_tip(struct ui *ui, const struct area *error)
 {
     if (!ui->is_tip_due || ui->active || ui->popup) {
         ui->is_tip_shown = false;
@@ -213,7 +230,7 @@ static void draw_tip(struct ui *ui)
     }
     ui->is_tip_shown = ui->input.now_s - ui->hovered_s >= UI_TIP_S;
     if (ui->is_tip_shown)
-        draw_bubble(ui, &ui->tip_row, ui->tip, TEXT_COLOUR);
+        draw_bubble(ui, &ui->tip_row, ui->tip, TEXT_COLOUR, error);
 }
 
 double ui_waits_s(const struct ui *ui, double now_s)
@@ -244,9 +261,10 @@ void ui_end(struct ui *ui)
     const struct area bar = scroll_bar(ui);
     ui_draw_box(ui, &ui->flat, &bar,
                 ui->active == SCROLL_ID ? PRESSED_COLOUR : FIELD_COLOUR);
-    draw_tip(ui);
+    struct area error = {0};
     if (ui->error_id)
-        draw_bubble(ui, &ui->error_row, ui->error, ERROR_COLOUR);
+        error = draw_bubble(ui, &ui->error_row, ui->error, ERROR_COLOUR, &error);
+    draw_tip(ui, &error);
 }
 
 bool ui_has_keyboard(const struct ui *ui)
