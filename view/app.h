@@ -212,6 +212,7 @@ struct app {
     double drag_x, drag_y; /* where the mouse was, window px */
     bool is_let_go;        /* the mouse, since the last job: nothing more is coming */
     bool is_input;         /* something came from the user since the last job */
+    int sample_type;       /* of EXR files that are saved, enum filter_type */
     char output[MAX_PATH], status[2400];
     char replacing[MAX_PATH]; /* a file that is replaced if it is saved once more */
     double replacing_until_s;

@@ -232,6 +232,7 @@ static int run_app(struct app *app, const struct settings *below_look)
     if (!trace_open(app))
         return EXIT_FAILED;
     state_init(&app->state, &app->typed, app->options->exposure);
+    app->sample_type = app->options->type;
     if (app->options->look)
         state_begin_look(&app->state, os_path_name(app->options->look), below_look);
     app->worker = worker_start(app->options->n_threads, wake, app);

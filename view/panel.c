@@ -515,6 +515,22 @@ static void demo_rows(struct app *app)
     accumulation_rows(app);
 }
 
+/* Half floats hold no light above 65504. */
+static void samples_row(struct app *app)
+{
+    static const char *const names[] = {"half", "float"};
+    const char *why_off = NULL;
+    if (!app->stage)
+        why_off = "the demo saves floats";
+    else if (picture_kind(app->output) == PICTURE_PNG)
+        why_off = "a PNG has 8 bits";
+    ui_about(&app->ui, &(struct ui_about){.tip = "Samples of the EXR file that is "
+                                                 "saved: half holds three digits and "
+                                                 "light up to 65504.\n--type",
+                                          .why_off = why_off});
+    ui_choice(&app->ui, "Samples", names, 2, &app->sample_type);
+}
+
 static void save_rows(struct app *app)
 {
     struct ui *ui = &app->ui;
@@ -523,6 +539,7 @@ static void save_rows(struct app *app)
     if (ui_button(ui, "Open (Ctrl+O)"))
         view_act(app, ACTION_OPEN);
     ui_text_field(ui, "File", app->output, sizeof(app->output));
+    samples_row(app);
     if (ui_button(ui, "Save picture (Ctrl+S)"))
         view_act(app, ACTION_SAVE);
     if (ui_button(ui, "Save parameters (Ctrl+P)"))

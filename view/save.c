@@ -18,7 +18,7 @@ struct saving {
     const struct stage *stage; /* NULL: the demo */
     struct settings settings;
     char path[MAX_PATH];
-    int32_t width, height;
+    int32_t width, height, type;
 };
 
 static void make_name(char *out, const char *name, const char *ending)
@@ -45,11 +45,12 @@ static void finish(void *user, float *pixels, const char *error)
     struct saving *saving = user;
     struct image_error image_error;
     char text[MAX_PATH + 1100], remarks[1000] = "";
+    const struct stage_output output = {saving->path, saving->type};
     const int n_threads = thread_count(saving->app->options->n_threads);
     if (error)
         snprintf(text, sizeof(text), "%s: not saved: %.900s", saving->path, error);
     else if (saving->stage
-                 ? stage_save(saving->stage, &saving->settings, saving->path, pixels,
+                 ? stage_save(saving->stage, &saving->settings, &output, pixels,
                               remarks, sizeof(remarks), &image_error)
                  : demo_save(saving->path, pixels, saving->width, saving->height,
                              &saving->settings, n_threads, &image_error))
@@ -119,7 +120,8 @@ void save_picture(struct app *app)
                               .stage = app->stage,
                               .settings = app->state.settings,
                               .width = app->state.width,
-                              .height = app->state.height};
+                              .height = app->state.height,
+                              .type = app->sample_type};
     snprintf(saving->path, sizeof(saving->path), "%s", app->output);
     struct save save = {.write = finish, .user = saving};
     char problem[512];
@@ -210,7 +212,9 @@ void save_command(struct app *app)
 {
     char text[MAX_PATH + 5000];
     if (app->stage) {
-        stage_command(app->stage, &app->state.typed, app->output, text, sizeof(text));
+        stage_command(app->stage, &app->state.typed,
+                      &(struct stage_output){app->output, app->sample_type}, text,
+                      sizeof(text));
     } else {
         char used[4096];
         settings_print_options(&app->state.params, used, sizeof(used));

@@ -24,6 +24,7 @@ struct view_options {
     int32_t n_views;                    /* of a POV-Ray scene */
     int32_t demo_width, demo_height;    /* px; height 0: 9/16 of the width */
     int32_t demo_views;                 /* accumulated from the start; 0: none */
+    int32_t type; /* of EXR files that are saved, enum filter_type */
     int32_t n_threads;
     bool is_demo, is_quiet, is_benchmark_turn;
     bool is_over, is_stereo; /* as of filter */

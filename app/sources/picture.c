@@ -218,6 +218,7 @@ int picture_warn_clipped(const struct app_host *host, const char *path,
     return n_clipped == 0 ? APP_DONE
                           : app_warn(host, error,
                                      "%s: %zu values above 65504 were clipped to it, "
-                                     "the largest half; --type float keeps them",
+                                     "the largest half; float samples (--type float) "
+                                     "keep them",
                                      path, n_clipped);
 }

@@ -25,6 +25,9 @@ static const struct option options[] = {
      .value = "FILE",
      .help =
          "Where Ctrl+S saves: .exr or .png. [default the input's name with _focus]"},
+    OPTION_CHOICE_ROW("type", AT(type), "TYPE", "half|float",
+                      "Samples of the EXR file that Ctrl+S saves: half or float. "
+                      "[default half]"),
     {.name = "reference",
      .kind = OPTION_FILE,
      .offset = AT(reference),

@@ -169,7 +169,13 @@ def test_straight_alpha_is_told(view, tmp_path):
 @pytest.mark.parametrize(
     "ending, light, alpha, part",
     [
-        ("exr", 1e6, 1, "7200 values above 65504"),
+        (
+            "exr",
+            1e6,
+            1,
+            "7200 values above 65504 were clipped to it, the largest "
+            "half; float samples (--type float) keep them",
+        ),
         ("png", 0.5, 0, "have light but no alpha"),
         ("png", 0.5, 1, ""),
     ],
@@ -187,6 +193,34 @@ def test_what_a_saved_file_loses_is_told(view, tmp_path, ending, light, alpha, p
     said = window.wait_text("saved")
     assert said.startswith(f"saved {out}") and part in said
     assert bool(part) == (said != f"saved {out}")
+    window.quit()
+
+
+def test_float_samples_keep_what_half_loses(view, rackfocus, tmp_path):
+    """By the control that the remark names, by --type and by the copied line."""
+    values = {"R": 1e6, "G": 0.1, "B": 2e5, "Z": 5}
+    channels = {name: numpy.full((40, 60), v, "f4") for name, v in values.items()}
+    attributes = {"rackfocus:lensRadius": 0.2, "rackfocus:focalLengthPx": 400.0}
+    path = plainexr.write(tmp_path / "a.exr", channels, attributes)
+    out = tmp_path / "out.exr"
+    want = numpy.array([1e6, 0.1, 2e5], "f4")
+    window = view(path, "--focus-distance", 5, "-o", out)
+    window.wait_open()
+    window.choose("Samples", 1)
+    window.click_control("Save picture")
+    assert window.wait_text("saved") == f"saved {out}"
+    assert (read_exr(out) == want).all()
+    out.unlink()
+    words = window.copied()
+    window.quit()
+    rackfocus(*words[1:])
+    assert (read_exr(out) == want).all()
+    out.unlink()
+    window = view(path, "--focus-distance", 5, "-o", out, "--type", "float")
+    window.wait_open()
+    window.key("ctrl+s")
+    assert window.wait_text("saved") == f"saved {out}"
+    assert (read_exr(out) == want).all()
     window.quit()
 
 

@@ -677,7 +677,7 @@ static void append_rendering(struct line *line, const struct stage *stage,
 }
 
 void stage_command(const struct stage *stage, const struct settings *typed,
-                   const char *output, char *text, size_t n_bytes)
+                   const struct stage_output *output, char *text, size_t n_bytes)
 {
     struct line line = {.text = text, .n_bytes = n_bytes};
     struct settings left = typed_of_passes(stage, typed);
@@ -697,7 +697,9 @@ void stage_command(const struct stage *stage, const struct settings *typed,
         for (int i = 0; i < stage->files->n_paths; i++)
             append_word(&line, stage->files->paths[i]);
     append(&line, " -o");
-    append_word(&line, output);
+    append_word(&line, output->path);
+    if (output->type == FILTER_TYPE_FLOAT && picture_kind(output->path) == PICTURE_EXR)
+        append(&line, " --type float");
     if (stage->options->is_over || stage->options->is_stereo)
         append(&line, stage->options->is_over ? " --over" : " --stereo");
     append_input_options(&line, stage->options);
@@ -729,13 +731,15 @@ static bool take_remark(void *user, const char *text)
 }
 
 bool stage_save(const struct stage *stage, const struct settings *settings,
-                const char *path, float *pixels, char *remarks, size_t n_bytes,
-                struct image_error *error)
+                const struct stage_output *output, float *pixels, char *remarks,
+                size_t n_bytes, struct image_error *error)
 {
-    struct save_remarks told = {path, remarks, n_bytes};
+    struct save_remarks told = {output->path, remarks, n_bytes};
     const struct app_host host = {.user = &told, .warn = take_remark};
-    const struct filter_options tool = {
-        .output = path, .n_threads = stage->options->n_threads, .host = &host};
+    const struct filter_options tool = {.output = output->path,
+                                        .type = output->type,
+                                        .n_threads = stage->options->n_threads,
+                                        .host = &host};
     remarks[0] = 0;
     struct settings copy = *settings;
     return filter_write(&tool, &copy, &stage->source, false, pixels, error);

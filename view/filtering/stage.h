@@ -84,15 +84,21 @@ bool stage_stack(const struct stage *stage, const struct settings *typed,
 /* Is the picture of --distribution-image used with these parameters? */
 bool stage_uses_light(const struct rf_params *params);
 
+/* A file that is written. */
+struct stage_output {
+    const char *path;
+    int32_t type; /* samples of an EXR file, enum filter_type */
+};
+
 /* The command line that makes the picture. */
 void stage_command(const struct stage *stage, const struct settings *typed,
-                   const char *output, char *text, size_t n_bytes);
+                   const struct stage_output *output, char *text, size_t n_bytes);
 
 /* Writes filtered pixels as `rackfocus filter` would; they may be changed. `remarks`
  * becomes what `filter` would warn of, "" for nothing. */
 bool stage_save(const struct stage *stage, const struct settings *settings,
-                const char *path, float *pixels, char *remarks, size_t n_bytes,
-                struct image_error *error);
+                const struct stage_output *output, float *pixels, char *remarks,
+                size_t n_bytes, struct image_error *error);
 
 /* Would a file of this name, whatever it is called here, take the place of one that the
  * stage was read from? */
