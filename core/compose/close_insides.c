@@ -6,8 +6,10 @@
  */
 #include "compose/close_insides.h"
 
+#include <stdbool.h>
 #include <stddef.h>
 
+#include "base/math.h"
 #include "compose/composer.h"
 #include "compose/scene.h"
 #include "kernels/data.h"
@@ -30,6 +32,47 @@ static void close_block(const struct rf_composer *c, int x, int y,
         }
 }
 
+/* Is anything of a pixel's T left? */
+static bool is_open(const float *t, size_t plane, int n_cells)
+{
+    for (int cell = 0; cell < n_cells; cell++)
+        if (t[plane * (size_t)cell] > 0)
+            return true;
+    return false;
+}
+
+static void close_pixel(float *t, size_t plane, int n_cells)
+{
+    for (int cell = 0; cell < n_cells; cell++)
+        t[plane * (size_t)cell] = 0;
+}
+
+/* Takes the T of those pixels of block (bx, by) that are inside. */
+static void close_pixels(const struct rf_composer *c, int bx, int by, float from,
+                         float r, const struct rf_tile_state *state)
+{
+    const struct rf_insides *s = c->scene->insides;
+    const float shift = c->scene->radius_shift;
+    const int n_cells = c->canvas.n_cells;
+    const int x1 = rf_min_int((bx + 1) * BLOCK, s->width);
+    const int y1 = rf_min_int((by + 1) * BLOCK, s->height);
+    bool is_asked = false;
+    for (int y = by * BLOCK; y < y1; y++)
+        for (int x = bx * BLOCK; x < x1; x++) {
+            const float own = s->radius[s->stride * (size_t)y + x] + shift;
+            float *t =
+                state->t + state->t_row * (size_t)(y % RF_TILE_H) + x % RF_TILE_W;
+            if (!(own >= from && own < rf_min_float(r, 0)) ||
+                !is_open(t, state->t_plane, n_cells))
+                continue;
+            if (!is_asked && !rf_inside_may_be(s, shift, bx, by))
+                return;
+            is_asked = true;
+            if (rf_inside_is_met(s, shift, x, y, r))
+                close_pixel(t, state->t_plane, n_cells);
+        }
+}
+
 void rf_close_insides(const struct rf_composer *c, int tx, int ty, float from, float r,
                       const struct rf_tile_state *state)
 {
@@ -42,9 +85,12 @@ void rf_close_insides(const struct rf_composer *c, int tx, int ty, float from, f
             int bx = (tx * RF_TILE_W + x) / BLOCK, by = (ty * RF_TILE_H + y) / BLOCK;
             if (bx >= s->n_x || by >= s->n_y)
                 continue;
-            float highest = s->blocks[by * s->n_x + bx].highest + shift;
+            const struct rf_hidden_facts *block = &s->blocks[by * s->n_x + bx];
+            float highest = block->highest + shift, lowest = block->lowest + shift;
             if (highest >= from && highest < r &&
                 rf_inside_radius(s, bx, by) + shift < r)
                 close_block(c, x, y, state);
+            else if (s->radius && highest >= from && lowest < rf_min_float(r, 0))
+                close_pixels(c, bx, by, from, r, state);
         }
 }

@@ -221,6 +221,27 @@ void rf_shape_extent(const struct rf_shape *shape, double extent[2])
     extent[1] += more * shape->pixel_aspect;
 }
 
+struct rf_reach rf_shape_reach(const struct rf_shape *shape, const double point[2])
+{
+    const double aspect = shape->pixel_aspect;
+    const double more =
+        (shape->growth - 1) * fmax(1 / shape->ratio, 1) * fmax(aspect, 1);
+    struct rf_reach reach = {.most = 0};
+    for (int i = 0; i < shape->n_corners; i++) {
+        const double u = shape->corner[i][0] - point[0];
+        const double v = shape->corner[i][1] * aspect - point[1];
+        const double at[4] = {u, v, u + v, u - v};
+        reach.most = fmaxf(reach.most, (float)(hypot(u, v) + more));
+        for (int k = 0; k < 4; k++) {
+            const double beside = k < 2 ? more : 2 * more;
+            const float from = (float)(at[k] - beside), to = (float)(at[k] + beside);
+            reach.from[k] = i ? fminf(reach.from[k], from) : from;
+            reach.to[k] = i ? fmaxf(reach.to[k], to) : to;
+        }
+    }
+    return reach;
+}
+
 /* ---- parts --------------------------------------------------------------------- */
 
 static bool is_same(const double a[2], const double b[2])

@@ -87,6 +87,16 @@ int rf_shape_min_lines(double half_height);
 /* Half width and half height of the footprint, in px per px of radius. */
 void rf_shape_extent(const struct rf_shape *shape, double extent[2]);
 
+/* Where the points of a lens lie, seen from one of them. */
+struct rf_reach {
+    float most; /* the distance of the farthest */
+    /* An octagon around them: right, up, right + up and right - up. */
+    float from[4], to[4];
+};
+
+/* That of the shape from `point`, both in px per px of radius. */
+struct rf_reach rf_shape_reach(const struct rf_shape *shape, const double point[2]);
+
 /*
  * The part of an aperture that is nearer to site j than to the other n sites (lens
  * coordinates), moved so that its centroid is the origin; `centroid` receives where it

@@ -632,6 +632,7 @@ static rf_result begin(struct rf_hidden_search *search,
                                       .y = s->y,
                                       .r = radii ? radii->at : *own};
     search->blocks = rf_alloc(context, n_blocks, sizeof *search->blocks);
+    search->edges = rf_alloc(context, n_blocks, sizeof *search->edges);
     search->rough = rf_calloc(context, (size_t)search->n_words * (size_t)search->n_y,
                               sizeof *search->rough);
     size_t n_highest = 2 * (size_t)rf_hidden_n_areas(search->n_x) *
@@ -641,8 +642,9 @@ static rf_result begin(struct rf_hidden_search *search,
     search->out->at = rf_alloc(context, n, sizeof *search->out->at);
     search->out->found =
         rf_alloc(context, rf_found_stride(s->width), (size_t)s->height);
-    bool is_complete = search->backs.r && search->blocks && search->rough &&
-                       search->highest && search->out->at && search->out->found;
+    bool is_complete = search->backs.r && search->blocks && search->edges &&
+                       search->rough && search->highest && search->out->at &&
+                       search->out->found;
     return is_complete ? RF_OK : rf_fail_memory(error, n, sizeof *search->out->at);
 }
 
@@ -652,6 +654,7 @@ rf_result rf_find_hidden(const struct rf_frame *frame,
                          struct rf_estimates *estimates, struct rf_task *task,
                          struct rf_error *error)
 {
+    static const double middle[2] = {0, 0};
     const struct rf_context *context = frame->context;
     struct rf_hidden_search search = {.s = surfaces,
                                       .known = known,
@@ -683,11 +686,17 @@ rf_result rf_find_hidden(const struct rf_frame *frame,
     rf_free(context, scratch);
     rf_free(context, search.highest);
     rf_free(context, search.rough);
-    estimates->insides =
-        (struct rf_insides){.blocks = search.blocks,
-                            .n_x = search.n_x,
-                            .n_y = search.n_y,
-                            .extent = (float)fmax(search.extent[0], search.extent[1])};
+    estimates->insides = (struct rf_insides){
+        .blocks = search.blocks,
+        .edges = search.edges,
+        .n_x = search.n_x,
+        .n_y = search.n_y,
+        .extent = (float)fmax(search.extent[0], search.extent[1]),
+        .reach = rf_shape_reach(&frame->shape, middle),
+        .radius = radii && frame->shape.glow_px == 0 ? radii->at : NULL,
+        .stride = search.backs.stride,
+        .width = surfaces->width,
+        .height = surfaces->height};
     rf_free(context, own);
     return result;
 }
@@ -697,7 +706,8 @@ void rf_estimates_free(struct rf_estimates *e, const struct rf_context *context)
     rf_free(context, e->found);
     rf_free(context, e->at);
     rf_free(context, e->insides.blocks);
-    e->insides.blocks = NULL;
+    rf_free(context, e->insides.edges);
+    e->insides = (struct rf_insides){0};
     e->found = NULL;
     e->at = NULL;
 }

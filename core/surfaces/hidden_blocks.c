@@ -119,6 +119,51 @@ bool rf_hidden_has_rough(const struct rf_hidden_facts *blocks, int n_x, int n_y,
            0;
 }
 
+/*
+ * Does the surface of pixel i end before the pixel beside it, at (x, y)? That of a mixed
+ * one is an edge itself, unless it hides nothing.
+ */
+static bool ends_at(const struct rf_hidden_search *search, size_t i, int x, int y,
+                    float most)
+{
+    const struct rf_surfaces *s = search->s;
+    if (x < 0 || y < 0 || x >= s->width || y >= s->height)
+        return false;
+    const size_t other = (size_t)y * (size_t)s->width + (size_t)x;
+    if (s->share[other] < 1)
+        return s->share[other] <= RF_OCCLUDER_SHARE;
+    return !(fabsf(s->near[other].r - s->near[i].r) <= most);
+}
+
+/* Does the surface of a pixel end here? */
+static bool is_edge(const struct rf_hidden_search *search, int x, int y)
+{
+    const float most_x = SMOOTH / (float)search->extent[0];
+    const float most_y = SMOOTH / (float)search->extent[1];
+    const size_t i = (size_t)y * (size_t)search->s->width + (size_t)x;
+    return search->s->share[i] < 1 || ends_at(search, i, x - 1, y, most_x) ||
+           ends_at(search, i, x + 1, y, most_x) ||
+           ends_at(search, i, x, y - 1, most_y) || ends_at(search, i, x, y + 1, most_y);
+}
+
+static struct rf_inside_edges find_edges(const struct rf_hidden_search *search, int bx,
+                                         int by)
+{
+    const int x0 = bx * RF_HIDDEN_BLOCK, y0 = by * RF_HIDDEN_BLOCK;
+    const struct rf_surfaces *s = search->s;
+    struct rf_inside_edges edges = {0, INFINITY};
+    for (int i = 0; i < RF_HIDDEN_BLOCK * RF_HIDDEN_BLOCK; i++) {
+        const int x = x0 + i % RF_HIDDEN_BLOCK, y = y0 + i / RF_HIDDEN_BLOCK;
+        const size_t at = (size_t)y * (size_t)s->width + (size_t)x;
+        if (x >= s->width || y >= s->height || !is_edge(search, x, y))
+            continue;
+        edges.bits |= (uint64_t)1 << i;
+        if (s->share[at] > RF_OCCLUDER_SHARE)
+            edges.lowest = rf_min_float(s->near[at].r, edges.lowest);
+    }
+    return edges;
+}
+
 /* Radii and roughness of a block, beside what its mixed pixels have told. */
 static void measure_block(struct rf_hidden_search *search, int bx, int by)
 {
@@ -129,6 +174,9 @@ static void measure_block(struct rf_hidden_search *search, int bx, int by)
         SMOOTH / (float)search->extent[1], &b->highest, &lowest);
     b->lowest = rf_min_float(lowest, b->lowest);
     b->n_rough |= is_rough;
+    search->edges[by * search->n_x + bx] = (struct rf_inside_edges){0, INFINITY};
+    if (b->n_rough)
+        search->edges[by * search->n_x + bx] = find_edges(search, bx, by);
     if (b->n_rough)
         b->step = search->kernels->nearest_step(&search->backs, bx, by);
 }

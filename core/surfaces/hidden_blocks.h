@@ -31,6 +31,12 @@ struct rf_hidden_facts {
     bool has_mixed; /* pixels */
 };
 
+/* The pixels of a block where a surface ends. */
+struct rf_inside_edges {
+    uint64_t bits; /* i + 8 j for column i of row j */
+    float lowest;  /* radius of their near surfaces */
+};
+
 struct rf_hidden_search {
     const struct rf_surfaces *s;
     const struct rf_known *known; /* or NULL */
@@ -41,6 +47,7 @@ struct rf_hidden_search {
     int n_x, n_y;
     bool has_radii; /* the plane of radii holds those that came, not backs */
     struct rf_hidden_facts *blocks;
+    struct rf_inside_edges *edges;
     uint32_t *rough; /* bits of rough blocks, in rows of n_words */
     int n_words;
     float *

@@ -3,13 +3,28 @@
 #ifndef RF_SURFACES_INSIDES_H
 #define RF_SURFACES_INSIDES_H
 
-struct rf_hidden_facts;
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
 
-/* What is known of the blocks of a picture; no blocks: nothing. */
+#include "lens/aperture.h"
+
+struct rf_hidden_facts;
+struct rf_inside_edges;
+
+/* What is known of a picture; no blocks: nothing. */
 struct rf_insides {
     struct rf_hidden_facts *blocks; /* n_x x n_y of RF_HIDDEN_BLOCK pixels a side */
+    struct rf_inside_edges *edges;  /* of the same blocks */
     int n_x, n_y;
-    float extent; /* half of the aperture's, px per px of radius */
+    float extent; /* half of the aperture's, px per px of radius; INFINITY: no blocks */
+    struct rf_reach reach; /* of the aperture from where the picture was taken */
+    /* Of the near surfaces, INFINITY for none, in rows of stride; NULL: not at hand, or
+     * spherical aberration bends the rays. */
+    const float *radius;
+    size_t stride;
+    int width, height;
+    int border; /* px beyond the picture that count for no surface: others show them */
 };
 
 /*
@@ -17,5 +32,16 @@ struct rf_insides {
  * that is not known.
  */
 float rf_inside_radius(const struct rf_insides *insides, int bx, int by);
+
+/*
+ * Have all rays that come to pixel (x, y), which is before the focus, met something
+ * before the depth of radius r? It asks nearer to edges than a block can. `shift` is
+ * added to all radii.
+ */
+bool rf_inside_is_met(const struct rf_insides *insides, float shift, int x, int y,
+                      float r);
+
+/* May rf_inside_is_met() hold for a pixel of block (bx, by)? */
+bool rf_inside_may_be(const struct rf_insides *insides, float shift, int bx, int by);
 
 #endif

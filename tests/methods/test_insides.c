@@ -47,9 +47,122 @@ static void no_sky_shines_through_a_rough_wall(void)
     }
 }
 
+/* ---- a sphere -------------------------------------------------------------------- */
+
+enum { SIDE = 200, MOST_VIEWS = 4 };
+static const double FOCAL_PX = 400, FOCUS = 6, LENS = 0.195, SKY = 255;
+
+struct sphere {
+    double radius, distance; /* scene units */
+};
+
+/* The planar depth where the ray of a picture's place from a point of the lens meets the
+ * sphere; 0: it does not. */
+static double meet(const struct sphere *s, double x, double y, const double eye[2])
+{
+    const double dx = (x - SIDE / 2.0) / FOCAL_PX - eye[0] / FOCUS;
+    const double dy = (SIDE / 2.0 - y) / FOCAL_PX - eye[1] / FOCUS;
+    const double a = dx * dx + dy * dy + 1;
+    const double b = eye[0] * dx + eye[1] * dy - s->distance;
+    const double c = eye[0] * eye[0] + eye[1] * eye[1] + s->distance * s->distance -
+                     s->radius * s->radius;
+    return b * b > a * c ? (-b - sqrt(b * b - a * c)) / a : 0;
+}
+
+/* A black sphere before a bright sky. */
+static void draw_sphere(struct frame *f, const struct sphere *s, const double eye[2])
+{
+    for (int i = 0; i < SIDE * SIDE; i++) {
+        const int x = i % SIDE, y = i / SIDE;
+        const double depth = meet(s, x + 0.5, y + 0.5, eye);
+        int n_sky = 0;
+        for (int k = 0; k < 16; k++)
+            n_sky += meet(s, x + (k % 4 + 0.5) / 4, y + (k / 4 + 0.5) / 4, eye) == 0;
+        f->depth[i] = depth > 0 ? (float)depth : 1e10f;
+        for (int c = 0; c < 3; c++)
+            f->colour[3 * i + c] = (float)(SKY * n_sky / 16);
+    }
+}
+
+/* The most and the mean share of the sky that is seen where the lens sees none. */
+static void measure_leak(const struct sphere *s, const struct frame *f, double *most,
+                         double *mean)
+{
+    const double slope =
+        s->radius / sqrt(s->distance * s->distance - s->radius * s->radius);
+    const double rim_px = FOCAL_PX * slope;
+    const double rim_z = s->distance / (1 + slope * slope);
+    const double blur_px = LENS * FOCAL_PX * (1 / rim_z - 1 / FOCUS);
+    int n = 0;
+    *most = *mean = 0;
+    for (int i = 0; i < SIDE * SIDE; i++) {
+        const double from_middle =
+            hypot(i % SIDE + 0.5 - SIDE / 2.0, i / SIDE + 0.5 - SIDE / 2.0);
+        if (from_middle > rim_px - blur_px - 2)
+            continue;
+        *most = fmax(*most, fabs(f->out[3 * i]) / SKY);
+        *mean += fabs(f->out[3 * i]) / SKY;
+        n++;
+    }
+    *mean /= n;
+}
+
+static void filter_sphere(const struct sphere *s, int n_views, double *most,
+                          double *mean)
+{
+    static const double eyes[MOST_VIEWS][2] = {
+        {0.35, 0}, {-0.45, 0.41}, {0.07, -0.79}, {0.57, 0.74}};
+    struct frame frames[MOST_VIEWS];
+    struct rf_view views[MOST_VIEWS];
+    struct rf_params params;
+    rf_params_init(&params);
+    params.method = n_views > 1 ? RF_METHOD_VIEWS : RF_METHOD_LAYERED;
+    params.focus_distance = FOCUS;
+    params.lens_radius = LENS;
+    params.focal_length_px = FOCAL_PX;
+    for (int j = 0; j < n_views; j++) {
+        const double eye[2] = {n_views > 1 ? eyes[j][0] * LENS : 0,
+                               n_views > 1 ? eyes[j][1] * LENS : 0};
+        frames[j] = frame_make(SIDE, SIDE, 3);
+        draw_sphere(&frames[j], s, eye);
+        views[j] =
+            (struct rf_view){.colour = rf_image_packed(frames[j].colour, SIDE, SIDE, 3),
+                             .depth = rf_image_packed(frames[j].depth, SIDE, SIDE, 1),
+                             .lens_offset = {eye[0], eye[1]},
+                             .shear_distance = FOCUS};
+    }
+    struct rf_image out = rf_image_packed(frames[0].out, SIDE, SIDE, 3);
+    struct rf_context *context;
+    struct rf_filter *filter;
+    CHECK(rf_context_create(&context, NULL, NULL) == RF_OK);
+    CHECK(rf_filter_create(&filter, context, &params, SIDE, SIDE, NULL) == RF_OK);
+    CHECK(rf_filter_process(filter, views, n_views, &out, NULL, NULL) == RF_OK);
+    measure_leak(s, &frames[0], most, mean);
+    rf_filter_destroy(filter);
+    rf_context_destroy(context);
+    for (int j = 0; j < n_views; j++)
+        frame_free(&frames[j]);
+}
+
+/* Its rim's footprints are narrower than those of what lies behind it, where it ends. */
+static void no_sky_shines_through_a_sphere(void)
+{
+    static const struct sphere spheres[] = {{0.4, 3}, {0.4, 2.9}, {0.8, 4}};
+    for (int i = 0; i < 3; i++)
+        for (int n_views = 1; n_views <= MOST_VIEWS; n_views += 3) {
+            double most, mean;
+            filter_sphere(&spheres[i], n_views, &most, &mean);
+            printf("# %d views, sphere %d: at most %.5f, mean %.7f\n", n_views, i, most,
+                   mean);
+            CHECK(most < (n_views > 1 ? 0.01 : 1e-4));
+            CHECK(mean < (n_views > 1 ? 5e-6 : 1e-6));
+        }
+}
+
 int main(int argc, char **argv)
 {
     testing_begin(argc, argv);
     TEST(no_sky_shines_through_a_rough_wall);
+    TEST(no_sky_shines_through_a_sphere);
     return testing_end();
 }

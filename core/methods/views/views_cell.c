@@ -613,6 +613,27 @@ static int find_phases(const struct rf_view_cell *cell)
     return rf_look_is_on(&look) ? RF_COARSE_PHASES : RF_FINE_PHASES;
 }
 
+/*
+ * Where rays through the cell meet what its middle view j shows: at the depth of radius r
+ * (u - alpha u_j) r from their pixel. NULL where their places shift by more than that, as
+ * when another distance is in focus than the views' shear holds.
+ */
+static const struct rf_insides *find_insides(struct rf_view_cell *cell)
+{
+    static const float NOTHING_PX = 1.0f / 256; /* half a step of rf_snap_px() */
+    const struct rf_work_view *view = &cell->v->work->views[cell->middle];
+    struct rf_insides *insides = &cell->hidden.insides;
+    double from[2];
+    if (!insides->blocks || cell->frame.apart || fabsf(view->shift_bias) >= NOTHING_PX)
+        return NULL;
+    for (int k = 0; k < 2; k++)
+        from[k] = (double)view->lens[k] * view->shift_scale - cell->centroid[k];
+    insides->reach = rf_shape_reach(&cell->frame.shape, from);
+    insides->extent = INFINITY; /* of blocks nothing is known */
+    insides->border = cell->v->pictures[cell->middle].x0;
+    return insides;
+}
+
 rf_result rf_view_cell_run(struct rf_view_cell *cell, double progress_to,
                            struct rf_error *error)
 {
@@ -633,6 +654,7 @@ rf_result rf_view_cell_run(struct rf_view_cell *cell, double progress_to,
                              .y0 = picture->y0,
                              .n_phases = cell->n_phases,
                              .is_opaque = is_opaque(cell->v),
+                             .insides = find_insides(cell),
                              .occluders = &occluders,
                              .n_views = 1,
                              .sum = cell->sum,
