@@ -98,6 +98,26 @@ static int check_mask(PyObject *object, const char *name)
     return is_masked ? -1 : 0;
 }
 
+/* It has no samples to read, or none that may be written. */
+static void fail_buffer(PyObject *object, const char *name, bool is_writable)
+{
+    PyErr_Clear();
+    PyObject *kind = PyType_GetName(Py_TYPE(object));
+    if (!kind)
+        return;
+    if (is_writable)
+        PyErr_Format(PyExc_TypeError,
+                     "%s: a writable buffer of floats is needed, which this %U is not; "
+                     "make it by numpy.empty(shape, numpy.float32)",
+                     name, kind);
+    else
+        PyErr_Format(PyExc_TypeError,
+                     "%s: a readable buffer of floats is needed, not %U; give "
+                     "numpy.asarray(%s, numpy.float32)",
+                     name, kind, name);
+    Py_DECREF(kind);
+}
+
 int plugin_open_image(struct plugin_image *image, PyObject *object, const char *name,
                       bool is_writable)
 {
@@ -106,8 +126,7 @@ int plugin_open_image(struct plugin_image *image, PyObject *object, const char *
     int flags = is_writable ? PyBUF_RECORDS : PyBUF_RECORDS_RO;
     Py_buffer *buffer = &image->buffer;
     if (PyObject_GetBuffer(object, buffer, flags) < 0) {
-        PyErr_Format(PyExc_TypeError, "%s: a %s buffer of floats is needed", name,
-                     is_writable ? "writable" : "readable");
+        fail_buffer(object, name, is_writable);
         return -1;
     }
     if (check(buffer, name, is_writable) < 0) {

@@ -212,9 +212,10 @@ def _shape(name, picture):
     try:
         shape = memoryview(picture).shape
     except TypeError:
-        raise TypeError(
-            f"{name}: a readable buffer of floats is needed, not {type(picture).__name__}"
-        ) from None
+        message = f"a readable buffer of floats is needed, not {type(picture).__name__}"
+        if picture is not None:
+            message += f"; give numpy.asarray({name}, numpy.float32)"
+        raise TypeError(f"{name}: {message}") from None
     if len(shape) not in (2, 3):
         raise parameter_error(
             name,

@@ -363,7 +363,12 @@ def test_bad_depth_and_bad_colour():
         (lambda c, d, o: (c, d, o.tobytes()), TypeError, "out"),
         (lambda c, d, o: (c.ravel(), d, o), ValueError, "colour"),
         (lambda c, d, o: (c[:0], d, o), ValueError, "colour"),
-        (lambda c, d, o: (c, d, None), TypeError, "out"),
+        (lambda c, d, o: (c, d, None), TypeError, "this NoneType is not; make it by"),
+        (
+            lambda c, d, o: (c.tolist(), d, o),
+            TypeError,
+            "list; give numpy.asarray.colour",
+        ),
         (lambda c, d, o: (c[..., :2], d, o), ValueError, "colour"),
         (lambda c, d, o: (c, c, o), ValueError, "depth has 4 channels"),
         (lambda c, d, o: (c, d, np.broadcast_to(o[:1, :1], o.shape)), TypeError, "out"),
@@ -387,7 +392,11 @@ def test_wrong_buffers_are_named(spoil, error, name):
             TypeError,
             "colour: a readable buffer of floats is needed, not NoneType",
         ),
-        ([[1.0, 2.0]], TypeError, "colour: .*, not list"),
+        (
+            [[1.0, 2.0]],
+            TypeError,
+            r"colour: .*, not list; give numpy.asarray\(colour, numpy.float32\)",
+        ),
         (np.ones((2, 3, 4, 5), "f4"), ValueError, "colour: .*not of 4 dimensions"),
     ],
 )
