@@ -127,6 +127,9 @@ static void trace_graphs(struct app *app, double distance,
     trace_once(app, &app->traced_graphs, "graphs", text);
 }
 
+/* What rounding leaves of the radius in focus. */
+#define NOTHING_PX 1e-6
+
 /* Two beside each other, or all below each other where there is no room. */
 void graphs_draw(struct app *app)
 {
@@ -151,7 +154,7 @@ void graphs_draw(struct app *app)
                              why_not, sizeof(why_not));
     if (is_good)
         snprintf(text, sizeof(text), "circle of confusion of a thing at %.4g: %.4g px",
-                 distance, graphs[0].now_px);
+                 distance, graphs[0].now_px < NOTHING_PX ? 0 : graphs[0].now_px);
     else
         snprintf(text, sizeof(text), "no graphs: %s", why_not);
     ui_draw_text(ui, &ui->above, ground.x + em / 2, ground.y, ground.width - em, text,

@@ -239,8 +239,8 @@ static void describe_place(const struct app *app, char *text, size_t n_bytes)
 }
 
 /* A warning that is wider than its line, over the picture in as many as it takes, at its
- * top or its bottom. */
-static void draw_long(struct app *app, bool is_top, const char *text)
+ * top or its bottom. Returns the height, px. */
+static int draw_long(struct app *app, bool is_top, const char *text)
 {
     struct ui *ui = &app->ui;
     const struct area picture = view_picture_area(app);
@@ -252,6 +252,14 @@ static void draw_long(struct app *app, bool is_top, const char *text)
                 &(struct area){picture.x, at.y - pad, picture.width, height + 2 * pad},
                 GROUND);
     ui_draw_wrapped(ui, &ui->above, &at, text, WARN);
+    return height + 2 * pad;
+}
+
+/* Tips and errors of controls lie above what covers this much of the picture's end. */
+static void leave_free(struct app *app, int covered)
+{
+    app->is_redraw_due |= app->ui.covered != covered;
+    app->ui.covered = covered;
 }
 
 static void draw_status(struct app *app)
@@ -277,9 +285,10 @@ static void draw_status(struct app *app)
     trace_place(app, left);
     const int right_width = font_width(&app->font, right, SIZE_MAX);
     const int left_width = area.width - right_width - 3 * pad;
-    if (colour == WARN && font_width(&app->font, left, SIZE_MAX) > left_width)
-        draw_long(app, false, left);
-    else
+    const bool is_long =
+        colour == WARN && font_width(&app->font, left, SIZE_MAX) > left_width;
+    leave_free(app, is_long ? draw_long(app, false, left) : 0);
+    if (!is_long)
         ui_draw_text(ui, &ui->above, area.x + pad, top, left_width, left, colour);
     if (right_width + 2 * pad < area.width)
         ui_draw_text(ui, &ui->above, area.x + area.width - pad - right_width, top,

@@ -193,6 +193,8 @@ void window_draw(struct app *app)
     gl_fill(status.x, status.y, status.width, status.height, STATUS_COLOUR);
     gl_clip(0, 0, app->width, app->height);
     gl_draw_quads(app->ui.above.items, app->ui.above.n, app->mask);
+    if (!app->has_help && !app->has_browser)
+        gl_draw_quads(app->ui.bubbles.items, app->ui.bubbles.n, app->mask);
     SDL_GL_SwapWindow(app->window);
     stats_drawn(&app->stats, 1000 * (os_clock_s() - start_s));
 }

@@ -196,6 +196,30 @@ def test_what_a_saved_file_loses_is_told(view, tmp_path, ending, light, alpha, p
     window.quit()
 
 
+def test_a_long_message_does_not_cover_a_tip(view, passes, tmp_path):
+    """The tip's frame is whole: a line above it and one below."""
+    out = tmp_path / "a_name_that_takes_more_than_a_line" / "of_the_window.exr"
+    window = view(passes(), "-o", out)
+    window.wait_open()
+    window.resize(740, 780)
+    window.wait_until(lambda: window.layout()["window"] == [740, 780], "the size")
+    window.control("Samples")
+    window.move(20, 20)
+    window.key("ctrl+s")
+    window.wait_text("said", "cannot write")
+    window.move(*window.control("Samples"))
+    window.wait_text("tip", "Samples of the EXR file")
+
+    def n_lines(seen):
+        return ((seen == (0xB8, 0xB8, 0xBE)).all(2).sum(1) > 200).sum()
+
+    seen = window.look_until(
+        lambda seen: n_lines(seen) == 2, lambda: window.look_still("tip")
+    )
+    assert n_lines(seen) == 2
+    window.quit()
+
+
 def test_float_samples_keep_what_half_loses(view, rackfocus, tmp_path):
     """By the control that the remark names, by --type and by the copied line."""
     values = {"R": 1e6, "G": 0.1, "B": 2e5, "Z": 5}

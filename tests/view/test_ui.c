@@ -179,12 +179,12 @@ static void what_cannot_be_says_so_at_the_field(void)
     }
 }
 
-/* What the vertices of this colour cover, of those that lie above the rest. */
+/* What the vertices of this colour cover, of tips and errors. */
 static struct area covered(uint32_t rgba)
 {
     float from[2] = {1e9f, 1e9f}, to[2] = {-1e9f, -1e9f};
-    for (size_t i = 0; i < ui.above.n; i++) {
-        const struct gl_vertex *v = &ui.above.items[i];
+    for (size_t i = 0; i < ui.bubbles.n; i++) {
+        const struct gl_vertex *v = &ui.bubbles.items[i];
         const uint32_t colour = (uint32_t)v->rgba[0] << 24 |
                                 (uint32_t)v->rgba[1] << 16 | (uint32_t)v->rgba[2] << 8 |
                                 v->rgba[3];
@@ -203,12 +203,13 @@ static struct area covered(uint32_t rgba)
 static void an_error_and_a_tip_are_both_read(void)
 {
     static const struct area panels[] = {
-        {500, 0, 300, 400}, {100, 0, 300, 400}, {500, 0, 300, 200}};
+        {500, 0, 300, 400}, {100, 0, 300, 400}, {500, 0, 300, 200}, {500, 0, 300, 300}};
     const struct area old = panel;
-    for (size_t i = 0; i < 3; i++) {
+    for (size_t i = 0; i < 4; i++) {
         panel = panels[i];
-        n_headings = i == 2 ? 5 : 0;
+        n_headings = i < 2 ? 0 : 5;
         start();
+        ui.covered = i == 3 ? 100 : 0;
         about = (struct ui_about){.tip = "A number.\nOf several\nlines."};
         click("Number");
         write_text("nonsense");
@@ -219,7 +220,8 @@ static void an_error_and_a_tip_are_both_read(void)
         CHECK(ui.error_id != 0 && ui.is_tip_shown);
         CHECK(error.width > 0 && tip.width > 0);
         CHECK(tip.y >= error.y + error.height || error.y >= tip.y + tip.height);
-        CHECK(tip.y >= panel.y && tip.y + tip.height <= panel.y + panel.height);
+        CHECK(tip.y >= panel.y &&
+              tip.y + tip.height <= panel.y + panel.height - ui.covered);
         key(UI_KEY_ESCAPE);
     }
     panel = old;

@@ -25,7 +25,8 @@ void ui_free(struct ui *ui)
 {
     free(ui->flat.items);
     free(ui->above.items);
-    ui->flat = ui->above = (struct vertices){0};
+    free(ui->bubbles.items);
+    ui->flat = ui->above = ui->bubbles = (struct vertices){0};
 }
 
 static void scroll_by_wheel(struct ui *ui)
@@ -104,7 +105,7 @@ void ui_begin(struct ui *ui, const struct ui_input *input, const struct area *pa
     commit_by_press(ui);
     if (input->key != UI_KEY_NONE || input->text[0])
         ui->pressed = 0;
-    ui->flat.n = ui->above.n = 0;
+    ui->flat.n = ui->above.n = ui->bubbles.n = 0;
     ui->n_controls = 0;
     ui->has_wheel = false;
     ui->n_columns = 1;
@@ -181,22 +182,22 @@ static struct area draw_bubble(struct ui *ui, const struct area *row, const char
     box.x = is_beside ? ui->panel.x - box.width - 2 * pad : ui->panel.x + 2 * pad;
     if (!is_beside)
         box.y = row->y + row->height + ui->gap;
-    if (box.y + height > ui->panel.y + ui->panel.height)
-        box.y = is_beside ? ui->panel.y + ui->panel.height - height : row->y - height;
+    const int end = ui->panel.y + ui->panel.height - (is_beside ? ui->covered : 0);
+    if (box.y + height > end)
+        box.y = is_beside ? end - height : row->y - height;
     box.y = box.y < ui->panel.y ? ui->panel.y : box.y;
     struct area ground = {box.x - pad, box.y, box.width + 2 * pad, height};
     if (is_overlapping(&ground, other)) {
-        const int end = ui->panel.y + ui->panel.height;
         const int below = other->y + other->height + ui->gap;
         ground.y = below + height <= end ? below : other->y - ui->gap - height;
         if (ground.y < ui->panel.y)
             return (struct area){0};
     }
-    ui_draw_box(ui, &ui->above, &ground, EDIT_COLOUR);
-    ui_draw_frame(ui, &ui->above, &ground, 1,
+    ui_draw_box(ui, &ui->bubbles, &ground, EDIT_COLOUR);
+    ui_draw_frame(ui, &ui->bubbles, &ground, 1,
                   colour == TEXT_COLOUR ? DIM_COLOUR : colour);
     box.y = ground.y + pad;
-    ui_draw_wrapped(ui, &ui->above, &box, text, colour);
+    ui_draw_wrapped(ui, &ui->bubbles, &box, text, colour);
     return ground;
 }
 

@@ -83,10 +83,12 @@ struct vertices {
 struct ui {
     const struct font *font;
     struct ui_input input;
-    struct vertices flat, above; /* within the panel, and after that anywhere */
+    /* Within the panel, after that anywhere, and last of all tips and errors. */
+    struct vertices flat, above, bubbles;
     struct area panel;
     int pen_y, n_columns, column, row_height, gap; /* px */
     int scroll, content_height;
+    int covered; /* px beside the panel's end that tips and errors leave free */
     uint32_t active, focus; /* 0: none */
     uint32_t pressed;       /* where the last press was, unless keys came since */
     bool is_editing, has_moved;
