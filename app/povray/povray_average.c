@@ -8,6 +8,7 @@
 
 #include "common/report.h"
 #include "povray/povray_files.h"
+#include "povray/povray_lens.h"
 #include "sources/picture.h"
 
 /* A view without anti-aliasing of its own: the mean smooths the edges. */
@@ -171,15 +172,6 @@ static bool write_mean(struct work *work, struct povray_error *error)
     return !what;
 }
 
-/* As the filter's tilt (docs/looks.md): 1 / s grows by sin A / f per unit of the tangent. */
-static void set_tilt(struct povray_lens *lens, const struct rf_params *params)
-{
-    const double focal_length = params->focal_length * 1e-3 * params->unit_scale;
-    const double degree = 3.14159265358979324 / 180;
-    lens->tilt[0] = sin(params->tilt_x * degree) / focal_length;
-    lens->tilt[1] = sin(params->tilt_y * degree) / focal_length;
-}
-
 bool povray_average_render(const struct povray_average *how,
                            struct povray_passes *facts, struct povray_error *error)
 {
@@ -195,7 +187,7 @@ bool povray_average_render(const struct povray_average *how,
                                .move = how->move,
                                .shutter = how->shutter,
                                .before = how->has_subpixel ? SUBPIXEL_OPTIONS : NULL};
-    set_tilt(&lens, &how->settings->params);
+    povray_lens_tilt(&how->settings->params, lens.tilt);
     bool is_good = views && povray_render_lens(how->scene, &lens, receive_view, &work,
                                                &total_s, error);
     is_good = is_good && write_mean(&work, error);

@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "povray/povray_lens.h"
 
+#include <math.h>
+
 static bool is_typed(const struct settings *settings, const char *name)
 {
     return settings_origin(settings, name) == ORIGIN_COMMAND_LINE;
@@ -29,6 +31,14 @@ bool povray_lens_take_stop(struct settings *typed, struct povray_stop *stop)
     return true;
 }
 
+void povray_lens_tilt(const struct rf_params *params, double tilt[2])
+{
+    const double focal_length = params->focal_length * 1e-3 * params->unit_scale;
+    const double degree = 3.14159265358979324 / 180;
+    tilt[0] = sin(params->tilt_x * degree) / focal_length;
+    tilt[1] = sin(params->tilt_y * degree) / focal_length;
+}
+
 void povray_lens_options(struct povray_options *options, const struct settings *typed,
                          const struct povray_stop *stop)
 {
@@ -40,4 +50,7 @@ void povray_lens_options(struct povray_options *options, const struct settings *
     options->aperture = 4 * (double)params->lens_radius;
     options->has_focus_distance = is_typed(typed, "focus-distance");
     options->focus_distance = params->focus_distance;
+    povray_lens_tilt(params, options->tilt);
+    options->curvature = params->field_curvature;
+    options->split_distance = params->split_diopter;
 }

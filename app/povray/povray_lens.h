@@ -15,6 +15,10 @@ bool povray_lens_take_stop(struct settings *typed, struct povray_stop *stop);
 /* Drops the f-stop and what says another field of view than the scene's. */
 void povray_lens_drop_stop(struct settings *typed);
 
+/* A tilted lens (docs/looks.md): what 1 / the distance in focus grows by per unit of the
+ * tangent to the right and up, 1 / scene units. */
+void povray_lens_tilt(const struct rf_params *params, double tilt[2]);
+
 /* The lens and the focus that were typed; *stop is what povray_lens_take_stop() gave,
  * else zeros. */
 void povray_lens_options(struct povray_options *options, const struct settings *typed,

@@ -236,20 +236,36 @@ def test_thin_things_in_focus_stay(rackfocus, tmp_path):
     assert scores["default"] > scores["two"] > 30
 
 
+LAMP_OUTSIDE = """#version 3.7; global_settings { assumed_gamma 1 }
+camera { location 0 direction z*2 right x*4/3 up y aperture 1 focal_point <0,0,4> }
+sphere { <-14,0,40>,0.5 pigment { rgb 3 } finish { ambient 1 diffuse 0 } }"""
+
+
+def light_of_lamp_outside(rackfocus, folder, *options):
+    (folder / "s.pov").write_text(LAMP_OUTSIDE)
+    rackfocus("povray", "s.pov", "-o", "o.exr", *options, "--", *SIZE, cwd=folder)
+    return read_exr(folder / "o.exr")["G"].sum()
+
+
 def test_the_lens_sees_beyond_the_border(rackfocus, tmp_path):
     """A lamp just outside, far out of focus: its light reaches into the picture."""
-    (tmp_path / "s.pov").write_text(
-        "#version 3.7; global_settings { assumed_gamma 1 }\n"
-        "camera { location 0 direction z*2 right x*4/3 up y aperture 1 "
-        "focal_point <0,0,4> }\n"
-        "sphere { <-14,0,40>,0.5 pigment { rgb 3 } finish { ambient 1 diffuse 0 } }"
-    )
-    light = {}
-    for border in (0, -1):
-        rackfocus("povray", "s.pov", "-o", "o.exr", "--overscan", border, "--", *SIZE,
-                  cwd=tmp_path)  # fmt: skip
-        light[border] = read_exr(tmp_path / "o.exr")["G"].sum()
-    assert light[0] == 0 and light[-1] > 1
+    assert light_of_lamp_outside(rackfocus, tmp_path, "--overscan", 0) == 0
+    assert light_of_lamp_outside(rackfocus, tmp_path) > 1
+
+
+@pytest.mark.parametrize(
+    "look",
+    [
+        ["--tilt-x", 20],
+        ["--field-curvature", -2],
+        ["--split-diopter", 0.4, "--split-angle", 180],
+    ],
+)
+def test_a_bent_surface_in_focus_sees_further(rackfocus, tmp_path, look):
+    """The plane in focus makes a border of 3 px, and the lamp's blur is wider."""
+    look = ["--aperture", 0.1, *look]
+    narrow = light_of_lamp_outside(rackfocus, tmp_path, *look, "--overscan", 3)
+    assert light_of_lamp_outside(rackfocus, tmp_path, *look) > narrow + 1
 
 
 def test_sizes_that_a_scene_asks_for(rackfocus, tmp_path):
