@@ -189,7 +189,8 @@ static int cmd_compare(int argc, char **argv)
     if (operands.n != 2) {
         message("compare takes two pictures, not %d; see rackfocus compare --help",
                 operands.n);
-    } else if (check_png_name("heatmap", tool.heatmap) &&
+    } else if (options_are_of_one_frame(&operands, "compare") &&
+               check_png_name("heatmap", tool.heatmap) &&
                check_png_name("side-by-side", tool.side_by_side) &&
                check_files(&tool, operands.items) == EXIT_DONE) {
         struct picture a = {0}, b = {0};

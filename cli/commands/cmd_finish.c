@@ -81,7 +81,7 @@ static bool check_usage(const struct options *all, const struct operands *operan
                "alone";
     if (text)
         message("%s; see rackfocus finish --help", text);
-    return text == NULL;
+    return text == NULL && options_are_of_one_frame(operands, "finish");
 }
 
 static int run(struct options *all, struct settings *settings,

@@ -201,6 +201,8 @@ static int cmd_info(int argc, char **argv)
                 "rackfocus info --help",
                 operands.n);
         code = EXIT_USAGE;
+    } else if (!options_are_of_one_frame(&operands, "info")) {
+        code = EXIT_USAGE;
     } else if (pipes_are_named(&operands, NULL) &&
                (opened = pipes_open(&pipes, &operands, NULL, false, &error)) !=
                    APP_DONE) {

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "common/frame_list.h"
 #include "console/cli.h"
 #include "filter/filter_shrink.h"
 #include "console/help.h"
@@ -396,6 +397,30 @@ const char *options_refuse_pixel_filter(const struct operands *operands,
         return "--pixel-filter box is the mean of N x N pixels, without a width; leave "
                "out --pixel-filter-width";
     return NULL;
+}
+
+bool options_are_of_one_frame(const struct operands *operands, const char *command)
+{
+    for (int i = 0; i < operands->n; i++) {
+        char guessed[4096];
+        const char *name = operands->items[i], *pattern = name;
+        struct frame_list list = {0};
+        struct image_error ignored;
+        if (os_file_facts(name).kind != OS_FILE_NONE)
+            continue;
+        if (frame_guess_foreign(name, guessed, sizeof(guessed)))
+            pattern = guessed;
+        else if (!frame_is_pattern(name))
+            continue;
+        const bool is_found = frame_list_find(&list, pattern, &ignored) && list.n > 0;
+        char *first = frame_name(pattern, is_found ? list.numbers[0] : 1, &ignored);
+        frame_list_free(&list);
+        message("%s: %s takes pictures of one frame; name the file, such as %s", name,
+                command, first ? first : "shot.0001.exr");
+        free(first);
+        return false;
+    }
+    return true;
 }
 
 int options_parse(const struct command *command, int argc, char **argv, void *values,

@@ -60,6 +60,10 @@ int options_warn_twice(const struct operands *operands);
 
 void operands_free(struct operands *operands);
 
+/* False with a message where an operand of a command that reads one frame names the
+ * frames of a sequence, as in.####.exr, and no file. */
+bool options_are_of_one_frame(const struct operands *operands, const char *command);
+
 /* Why OPTION_PIXEL_FILTER_ROWS' options do not go with the others, or NULL. `kind` is an
  * enum filter_pixels. */
 const char *options_refuse_pixel_filter(const struct operands *operands,

@@ -366,3 +366,28 @@ def test_frames_of_different_sizes_are_said(run, shot, scene, tmp_path):
     said = run(pattern, "--anew", code=1).stderr
     assert "frames are of different sizes: 3 is 24 x 16 px" in said
     assert "failed: frame 2" in said
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        ["info", "shot.####.exr"],
+        ["compare", "shot.0002.exr", "shot.%04d.exr"],
+        ["finish", "shot.@@@@.exr", "-o", "out.exr"],
+    ],
+)
+def test_commands_of_one_frame_say_so(rackfocus, shot, tmp_path, command):
+    shot(2)
+    (tmp_path / "shot.0001.exr").rename(tmp_path / "shot.0007.exr")
+    said = rackfocus(*command, code=2, cwd=tmp_path).stderr
+    name = next(word for word in command if "exr" in word and "2" not in word)
+    assert said == (
+        f"rackfocus: {name}: {command[0]} takes pictures of one frame; name the file, "
+        "such as shot.0002.exr\n"
+    )
+
+
+def test_a_file_may_be_named_as_a_sequence(rackfocus, shot, tmp_path):
+    shot(1)
+    (tmp_path / "shot.0001.exr").rename(tmp_path / "shot.####.exr")
+    rackfocus("info", "shot.####.exr", cwd=tmp_path)
