@@ -57,6 +57,12 @@ static bool find_matrix(const struct povray_camera *camera, double matrix[16])
     return true;
 }
 
+double povray_file_focal_px(const struct povray_passes *passes)
+{
+    return passes->supersample * povray_picture_width(passes) *
+           length(passes->camera.direction) / length(passes->camera.right);
+}
+
 enum { MAX_FACTS = 14 };
 
 /* The facts of the camera for the header; returns their number. `matrix` is for one of
@@ -78,9 +84,7 @@ static int list_facts(const struct povray_passes *passes, enum povray_file kind,
         list[n++] = text_attribute("sensor-fit", "horizontal");
         list[n++] = number_attribute("ortho-scale", length(camera->right));
     } else {
-        list[n++] = number_attribute(
-            "focal-length-px", passes->supersample * povray_picture_width(passes) *
-                                   length(camera->direction) / length(camera->right));
+        list[n++] = number_attribute("focal-length-px", povray_file_focal_px(passes));
     }
     if (find_matrix(camera, matrix))
         list[n++] = (struct image_attribute){

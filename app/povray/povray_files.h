@@ -15,6 +15,9 @@ enum povray_file {
     POVRAY_FILE_RESULT,   /* colour alone as float; `made` says how it was made */
 };
 
+/* Focal length of a perspective camera, px of the passes. */
+double povray_file_focal_px(const struct povray_passes *passes);
+
 /* Writes the passes, R G B (A) (Z). `made` may be NULL. */
 bool povray_file_write(const char *path, const struct povray_passes *passes,
                        enum povray_file kind, const char *made, int n_threads,

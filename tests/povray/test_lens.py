@@ -115,6 +115,49 @@ def test_an_f_stop_is_the_lens_radius(rackfocus, tmp_path, camera, options):
         assert float(re.search(r"tPSNR ([0-9.]+)", said)[1]) > 30
 
 
+@pytest.mark.parametrize("views", [[], ["--views", 2]])
+def test_a_tilt_goes_by_the_focal_length(rackfocus, tmp_path, views):
+    """1 / distance in focus grows by sin A / f per unit of the tangent."""
+    items = f"location <0,1,-5> look_at <0,1,0> {LENS}"
+    (tmp_path / "s.pov").write_text(scene(items))
+    tilts = {
+        "plain.exr": ["--lens-radius", 0.1, "--tilt-x", 4],
+        "long.exr": ["--lens-radius", 0.1, "--tilt-x", 4, "--focal-length", 100],
+        "asin.exr": ["--lens-radius", 0.1, "--tilt-x", 1.99939],
+    }
+    if not views:
+        tilts["stop.exr"] = ["--f-stop", 0.5, "--focal-length", 100, "--tilt-x", 4]
+    made = {}
+    for name, typed in tilts.items():
+        rackfocus("povray", "s.pov", "-o", name, *typed, *views, "--", *SMALL,
+                  cwd=tmp_path)  # fmt: skip
+        made[name] = picture(tmp_path / name)
+    assert tpsnr(made["plain.exr"], made["asin.exr"]) < 40
+    for name in set(made) - {"plain.exr", "asin.exr"}:
+        assert tpsnr(made[name], made["asin.exr"]) > 60
+
+
+@pytest.mark.parametrize(
+    "typed",
+    [
+        ["--focal-length", 85, "--sensor-width", 36],
+        ["--focal-length", 85],
+        ["--sensor-height", 24],
+        ["--unit-scale", 100],
+    ],
+)
+def test_the_view_stays_whatever_sensor_is_typed(rackfocus, tmp_path, typed):
+    items = f"location <0,1,-5> look_at <0,1,0> {LENS}"
+    (tmp_path / "s.pov").write_text(scene(items))
+    words = ["povray", "s.pov", "-o"]
+    rackfocus(*words, "plain.exr", "--", *SMALL, cwd=tmp_path)
+    said = rackfocus(*words, "o.exr", *typed, "--", *SMALL, cwd=tmp_path).stderr
+    assert f"{typed[0]}: has no effect" in said
+    assert numpy.array_equal(
+        picture(tmp_path / "o.exr"), picture(tmp_path / "plain.exr")
+    )
+
+
 @pytest.mark.parametrize(
     "look, named",
     [
