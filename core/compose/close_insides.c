@@ -6,6 +6,7 @@
  */
 #include "compose/close_insides.h"
 
+#include <math.h>
 #include <stdbool.h>
 #include <stddef.h>
 
@@ -47,30 +48,39 @@ static void close_pixel(float *t, size_t plane, int n_cells)
         t[plane * (size_t)cell] = 0;
 }
 
+/* Is one of a row's pixels between two radii? */
+static bool has_between(const float *radius, int n, float shift, float from, float to)
+{
+    int found = 0;
+    for (int i = 0; i < n; i++)
+        found |= (radius[i] + shift >= from) & (radius[i] + shift < to);
+    return found;
+}
+
 /* Takes the T of those pixels of block (bx, by) that are inside. */
 static void close_pixels(const struct rf_composer *c, int bx, int by, float from,
-                         float r, const struct rf_tile_state *state)
+                         float r, const struct rf_tile_state *state,
+                         struct rf_inside_hint *hint)
 {
     const struct rf_insides *s = c->scene->insides;
     const float shift = c->scene->radius_shift;
     const int n_cells = c->canvas.n_cells;
     const int x1 = rf_min_int((bx + 1) * BLOCK, s->width);
     const int y1 = rf_min_int((by + 1) * BLOCK, s->height);
-    bool is_asked = false;
-    for (int y = by * BLOCK; y < y1; y++)
+    const float to = rf_min_float(r, 0);
+    for (int y = by * BLOCK; y < y1; y++) {
+        const float *radius = s->radius + s->stride * (size_t)y;
+        if (!has_between(radius + bx * BLOCK, x1 - bx * BLOCK, shift, from, to))
+            continue;
         for (int x = bx * BLOCK; x < x1; x++) {
-            const float own = s->radius[s->stride * (size_t)y + x] + shift;
             float *t =
                 state->t + state->t_row * (size_t)(y % RF_TILE_H) + x % RF_TILE_W;
-            if (!(own >= from && own < rf_min_float(r, 0)) ||
-                !is_open(t, state->t_plane, n_cells))
-                continue;
-            if (!is_asked && !rf_inside_may_be(s, shift, bx, by))
-                return;
-            is_asked = true;
-            if (rf_inside_is_met(s, shift, x, y, r))
+            if (has_between(radius + x, 1, shift, from, to) &&
+                is_open(t, state->t_plane, n_cells) &&
+                rf_inside_is_met(s, shift, x, y, r, hint))
                 close_pixel(t, state->t_plane, n_cells);
         }
+    }
 }
 
 void rf_close_insides(const struct rf_composer *c, int tx, int ty, float from, float r,
@@ -80,6 +90,7 @@ void rf_close_insides(const struct rf_composer *c, int tx, int ty, float from, f
     const float shift = c->scene->radius_shift;
     if (!s)
         return;
+    struct rf_inside_hint hint = {0};
     for (int y = 0; y < RF_TILE_H; y += BLOCK)
         for (int x = 0; x < RF_TILE_W; x += BLOCK) {
             int bx = (tx * RF_TILE_W + x) / BLOCK, by = (ty * RF_TILE_H + y) / BLOCK;
@@ -87,10 +98,14 @@ void rf_close_insides(const struct rf_composer *c, int tx, int ty, float from, f
                 continue;
             const struct rf_hidden_facts *block = &s->blocks[by * s->n_x + bx];
             float highest = block->highest + shift, lowest = block->lowest + shift;
-            if (highest >= from && highest < r &&
-                rf_inside_radius(s, bx, by) + shift < r)
+            const bool is_last = highest < r;
+            const bool has_asking = s->radius && lowest < rf_min_float(r, 0);
+            if (!(highest >= from && (is_last || has_asking)))
+                continue;
+            const float known = rf_inside_radius(s, bx, by);
+            if (is_last && known + shift < r)
                 close_block(c, x, y, state);
-            else if (s->radius && highest >= from && lowest < rf_min_float(r, 0))
-                close_pixels(c, bx, by, from, r, state);
+            else if (has_asking && known == INFINITY)
+                close_pixels(c, bx, by, from, r, state, &hint);
         }
 }

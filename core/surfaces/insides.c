@@ -78,6 +78,7 @@ struct asking {
     int x, y;
     float limit;  /* radius, at most 0, below which rays are to meet something */
     float lowest; /* radius of what they may meet */
+    struct rf_inside_hint *hint;
 };
 
 static float squared(float v)
@@ -136,25 +137,14 @@ static inline bool may_reach(const struct asking *a, const struct box *b, float 
     return true;
 }
 
-/* Does may_reach() hold for each of the pixels? */
-static inline bool may_reach_all(const struct asking *a, const struct box *b, float r)
-{
-    const struct rf_reach *reach = &a->s->reach;
-    const float dx = rf_max_float(fabsf(b->x0), fabsf(b->x1));
-    const float dy = rf_max_float(fabsf(b->y0), fabsf(b->y1));
-    if (!(squared(dx) + squared(dy) < squared(reach_at(a, r))))
-        return false;
-    const struct spans spans = spans_of(b);
-    for (int k = 0; k < 4; k++)
-        if (spans.from[k] <= -r * reach->from[k] - ALONG_PX[k] ||
-            spans.to[k] >= -r * reach->to[k] + ALONG_PX[k])
-            return false;
-    return true;
-}
-
 static float radius_of(const struct asking *a, int x, int y)
 {
     return a->s->radius[a->s->stride * (size_t)y + x] + a->shift;
+}
+
+static void hint_at(const struct asking *a, int x, int y)
+{
+    *a->hint = (struct rf_inside_hint){x, y, true};
 }
 
 /* May a ray pass an edge of the block, before it comes to the focus? */
@@ -171,8 +161,10 @@ static bool has_passage(const struct asking *a, int bx, int by)
         const int y = by * RF_HIDDEN_BLOCK + i / RF_HIDDEN_BLOCK;
         const struct box pixel = pixel_of(a, x, y);
         const float r = radius_of(a, x, y);
-        if (r < 0 && may_reach(a, &pixel, r))
+        if (r < 0 && may_reach(a, &pixel, r)) {
+            hint_at(a, x, y);
             return true;
+        }
     }
     return false;
 }
@@ -199,11 +191,43 @@ static bool take_block(struct asking *a, int bx, int by)
         const float r = radius_of(a, x, y);
         if (!(r < 0) || !may_reach(a, &pixel, r))
             continue;
-        if (r >= a->limit)
+        if (r >= a->limit) {
+            hint_at(a, x, y);
             return false;
+        }
         a->lowest = rf_min_float(r, a->lowest);
     }
     return true;
+}
+
+/* Blocks from (x0, y0) to (x1, y1). */
+struct blocks {
+    int x0, y0, x1, y1;
+};
+
+static struct blocks blocks_within(const struct asking *a, int n)
+{
+    const struct rf_insides *s = a->s;
+    return (struct blocks){rf_max_int(a->x - n, 0) / RF_HIDDEN_BLOCK,
+                           rf_max_int(a->y - n, 0) / RF_HIDDEN_BLOCK,
+                           rf_min_int((a->x + n) / RF_HIDDEN_BLOCK, s->n_x - 1),
+                           rf_min_int((a->y + n) / RF_HIDDEN_BLOCK, s->n_y - 1)};
+}
+
+/* Do the rays come to the limit at the hint? As the search within `reach` would find. */
+static bool is_hint_right(const struct asking *a, float reach)
+{
+    const struct rf_inside_hint *hint = a->hint;
+    const struct blocks near = blocks_within(a, (int)reach + 1);
+    const int bx = hint->x / RF_HIDDEN_BLOCK, by = hint->y / RF_HIDDEN_BLOCK;
+    if (!hint->is_known || bx < near.x0 || bx > near.x1 || by < near.y0 || by > near.y1)
+        return false;
+    const int i =
+        hint->y % RF_HIDDEN_BLOCK * RF_HIDDEN_BLOCK + hint->x % RF_HIDDEN_BLOCK;
+    const struct box pixel = pixel_of(a, hint->x, hint->y);
+    const float r = radius_of(a, hint->x, hint->y);
+    return r < 0 && may_reach(a, &pixel, r) &&
+           (r >= a->limit || a->s->edges[by * a->s->n_x + bx].bits >> i & 1);
 }
 
 /* Do all rays meet something before the limit, of what lies within `reach`? */
@@ -215,51 +239,22 @@ static bool are_met(struct asking *a, float reach)
     if (rf_min_int(a->x, a->y) < least || a->x >= s->width - least ||
         a->y >= s->height - least)
         return false;
-    const int x0 = rf_max_int(a->x - n, 0) / RF_HIDDEN_BLOCK;
-    const int y0 = rf_max_int(a->y - n, 0) / RF_HIDDEN_BLOCK;
-    const int x1 = rf_min_int((a->x + n) / RF_HIDDEN_BLOCK, s->n_x - 1);
-    const int y1 = rf_min_int((a->y + n) / RF_HIDDEN_BLOCK, s->n_y - 1);
+    const struct blocks near = blocks_within(a, n);
     a->lowest = INFINITY;
-    for (int by = y0; by <= y1; by++)
-        for (int bx = x0; bx <= x1; bx++)
+    for (int by = near.y0; by <= near.y1; by++)
+        for (int bx = near.x0; bx <= near.x1; bx++)
             if (has_passage(a, bx, by) || !take_block(a, bx, by))
                 return false;
     return true;
 }
 
-/* May a ray pass an edge of block (x, y) from wherever it comes to block (bx, by)? */
-static bool has_all(const struct asking *a, int bx, int by, int x, int y)
+bool rf_inside_is_met(const struct rf_insides *s, float shift, int x, int y, float r,
+                      struct rf_inside_hint *hint)
 {
-    const float r = a->s->edges[y * a->s->n_x + x].lowest + a->shift;
-    if (!(r < 0))
-        return false;
-    const int beside = RF_HIDDEN_BLOCK - 1;
-    const float px = (float)((x - bx) * RF_HIDDEN_BLOCK);
-    const float py = (float)((y - by) * RF_HIDDEN_BLOCK);
-    const struct box pairs = {px - beside, py - beside, px + beside, py + beside};
-    return may_reach_all(a, &pairs, r);
-}
-
-bool rf_inside_may_be(const struct rf_insides *s, float shift, int bx, int by)
-{
-    const struct asking a = {.s = s, .shift = shift};
-    if (has_all(&a, bx, by, bx, by))
-        return false;
-    const int x1 = rf_min_int(bx + MOST_REACH, s->n_x - 1);
-    const int y1 = rf_min_int(by + MOST_REACH, s->n_y - 1);
-    for (int y = rf_max_int(by - MOST_REACH, 0); y <= y1; y++)
-        for (int x = rf_max_int(bx - MOST_REACH, 0); x <= x1; x++)
-            if (has_all(&a, bx, by, x, y))
-                return false;
-    return true;
-}
-
-bool rf_inside_is_met(const struct rf_insides *s, float shift, int x, int y, float r)
-{
-    struct asking a = {s, shift, x, y, rf_min_float(r, 0), INFINITY};
+    struct asking a = {s, shift, x, y, rf_min_float(r, 0), INFINITY, hint};
     const int bx = x / RF_HIDDEN_BLOCK, by = y / RF_HIDDEN_BLOCK;
     float reach = MORE * reach_at(&a, radius_of(&a, x, y));
-    if (has_passage(&a, bx, by) || !take_block(&a, bx, by))
+    if (is_hint_right(&a, reach) || has_passage(&a, bx, by) || !take_block(&a, bx, by))
         return false;
     for (int tries = 0; tries < 3; tries++) {
         if (!(reach <= MOST_REACH * RF_HIDDEN_BLOCK) || !are_met(&a, reach))

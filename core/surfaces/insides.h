@@ -33,15 +33,19 @@ struct rf_insides {
  */
 float rf_inside_radius(const struct rf_insides *insides, int bx, int by);
 
+/* Where rays of the pixel that asked before came through, if any: most often those of the
+ * next one do, too. Begins as {0}. */
+struct rf_inside_hint {
+    int x, y;
+    bool is_known;
+};
+
 /*
  * Have all rays that come to pixel (x, y), which is before the focus, met something
  * before the depth of radius r? It asks nearer to edges than a block can. `shift` is
- * added to all radii.
+ * added to all radii. The answer does not depend on the hint.
  */
 bool rf_inside_is_met(const struct rf_insides *insides, float shift, int x, int y,
-                      float r);
-
-/* May rf_inside_is_met() hold for a pixel of block (bx, by)? */
-bool rf_inside_may_be(const struct rf_insides *insides, float shift, int bx, int by);
+                      float r, struct rf_inside_hint *hint);
 
 #endif
