@@ -102,7 +102,8 @@ static int check_mask(PyObject *object, const char *name)
 static void fail_buffer(PyObject *object, const char *name, bool is_writable)
 {
     PyErr_Clear();
-    PyObject *kind = PyType_GetName(Py_TYPE(object));
+    /* PyType_GetName() came with 3.11, and 3.10 is Blender's until 4.0. */
+    PyObject *kind = PyObject_GetAttrString((PyObject *)Py_TYPE(object), "__name__");
     if (!kind)
         return;
     if (is_writable)
