@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
  * No light of a lamp falls on what stands before it in focus: neither where its depth is
- * rough, so that pixels look mixed, nor where a near post hides a strip of it.
+ * rough, so that pixels look mixed, nor where a near post hides a strip of it. What a
+ * rim leaves open of a pixel shows it.
  */
 #include "physics/frames.h"
 #include "testing.h"
@@ -80,9 +81,50 @@ static void no_light_on_what_stands_before_a_lamp(void)
     }
 }
 
+/* A wall of one colour in focus before the same, its first column covered so much. */
+static struct frame filtered_rim(float share, float light)
+{
+    struct frame f = frame_make(WIDTH, HEIGHT, 3);
+    struct rf_params params;
+    for (int y = 0; y < HEIGHT; y++)
+        for (int x = 0; x < WIDTH; x++) {
+            const bool is_lamp = abs(x - LAMP) < 2 && abs(y - HEIGHT / 2) < 2;
+            const float part = x > WALL ? 1 : x == WALL ? share : 0;
+            for (int i = 0; i < 3; i++)
+                frame_at(&f, f.colour, x, y)[i] =
+                    is_lamp ? light : 0.5f * part + 0.1f * (1 - part);
+            f.depth[y * WIDTH + x] = plain_depth(x >= WALL ? 0 : FAR_PX);
+        }
+    plain_params(&params, RF_METHOD_LAYERED);
+    CHECK(frame_filter(&f, &params, 2, NULL) == RF_OK);
+    return f;
+}
+
+/* What a rim leaves open shows the lamp behind it, however little that is. */
+static void lamps_shine_through_what_a_rim_leaves_open(void)
+{
+    static const float shares[] = {0.5f, 0.75f, 0.85f, 0.92f};
+    for (size_t i = 0; i < sizeof shares / sizeof *shares; i++) {
+        struct frame with = filtered_rim(shares[i], LIGHT);
+        struct frame without = filtered_rim(shares[i], 0.1f);
+        double lit[2];
+        for (int k = 0; k < 2; k++) {
+            const int x = k ? WALL : WALL - 6, y = HEIGHT / 2;
+            lit[k] = (double)(frame_at(&with, with.out, x, y)[1] -
+                              frame_at(&without, without.out, x, y)[1]);
+        }
+        printf("# a rim of %.2f shows %.3f of the lamp\n", (double)shares[i],
+               lit[1] / lit[0]);
+        CHECK_NEAR(lit[1] / lit[0], 1 - (double)shares[i], 0.03);
+        frame_free(&with);
+        frame_free(&without);
+    }
+}
+
 int main(int argc, char **argv)
 {
     testing_begin(argc, argv);
     TEST(no_light_on_what_stands_before_a_lamp);
+    TEST(lamps_shine_through_what_a_rim_leaves_open);
     return testing_end();
 }
