@@ -56,6 +56,7 @@
 #include "compose/light_map.h"
 #include "compose/lone_lights.h"
 #include "compose/occluder_layers.h"
+#include "compose/rims.h"
 #include "compose/scene.h"
 #include "input/field.h"
 #include "input/frame.h"
@@ -75,18 +76,6 @@ enum { BAND_ROWS = 32, LENS_GRID = RF_LENS_GRID, N_UNDARKENED = 64 };
 static const float NEARER_PX = 0.6f; /* an occluder is nearer by this much. 0; 0 */
 /* Pixels of one surface differ by less. Macro -0.23; macro +0.03. */
 static const float JOIN_PX = 1;
-/*
- * What is blocked by more than this is dark: shares are estimates, surfaces that slant
- * along both axes leave cracks, and of a lamp of 1e4 one thousandth is white. Macro
- * -1.21, posts -0.49 with half; posts -0.18, portrait -0.16, its views -0.67 with 1.
- */
-static const float WHOLE = 0.8f;
-/* Not so at rims near the focus, whose own share it is: the mask has no cracks there.
- * Macro + 0.13 dB, its views + 0.14 and 0.4, night's + 0.07. At 0.5 macro - 0.1. */
-static const float RIM_PX = 1;
-static const float RIM_SHARE = 0.05f; /* what is blocked may be more than the share */
-/* A pixel of a rough surface is no rim: what is behind one is farther by this. */
-static const float BEHIND_RIM_PX = 4;
 static const size_t BATCH_BYTES = 64u << 20;
 
 /* The highlights from `first` to end - 1, which share the mask of the first. */
@@ -458,34 +447,6 @@ static void bend_mask(const struct highlights *h, const struct rf_shadows *m,
         }
 }
 
-/* Is so much of a pixel of the scene blocked by its own rim, near the focus? */
-static bool is_rim(const struct highlights *h, int x, int y, float blocked)
-{
-    const struct rf_occluders *o = h->layers.at[0].occluders;
-    const struct rf_surfaces *s = o->surfaces;
-    x += (int)floorf(o->lens[0] * o->shift_bias + 0.5f);
-    y -= (int)floorf(o->lens[1] * o->shift_bias + 0.5f);
-    if (x < 0 || y < 0 || x >= s->width || y >= s->height)
-        return false;
-    const size_t i = (size_t)y * (size_t)s->width + (size_t)x;
-    const float near = s->near[i].r;
-    return rf_is_mixed(s, i) && s->share[i] >= blocked - RIM_SHARE &&
-           fabsf(near) < RIM_PX && rf_far_at(s, i)->r > near + BEHIND_RIM_PX;
-}
-
-/* What is blocked by more than WHOLE is dark, but at rims. */
-static void darken_mask(const struct highlights *h, const struct rf_shadows *m)
-{
-    for (int y = 0; y < m->height; y++)
-        for (int x = 0; x < m->width; x++) {
-            float *blocked = &m->blocked[(size_t)y * (size_t)m->width + (size_t)x];
-            if (*blocked < WHOLE)
-                continue;
-            const int at_x = m->x + m->left + x, at_y = m->y + m->top + y;
-            *blocked = is_rim(h, at_x, at_y, *blocked) ? rf_min_float(*blocked, 1) : 1;
-        }
-}
-
 /* Writes the mask of some highlights; false where nothing stands before them. */
 static bool build_mask(const struct highlights *h, const struct shade *shade)
 {
@@ -514,7 +475,7 @@ static bool build_mask(const struct highlights *h, const struct shade *shade)
         draw_occluders(h, light, j, &m);
     if (is_bent(h))
         bend_mask(h, &m, shade->blocked + plain_size(h, shade));
-    darken_mask(h, &m);
+    rf_rims_darken(&h->layers, &m);
     return true;
 }
 

@@ -42,7 +42,7 @@ surfaces/bright_areas.c LARGE_SHARE 0.1667f 0.6667f one
 surfaces/bright_areas.c LARGE_LUMINANCE 0.125f 0.5f one
 compose/highlights_add.c NEARER_PX 0.3f 1.2f one,views
 compose/highlights_add.c JOIN_PX 0.5f 2 one,views
-compose/highlights_add.c WHOLE 0.4f 1 one,views
+compose/rims.c WHOLE 0.4f 1 one,views
 compose/smooth.c MOST_PX 0.75f 3 one
 compose/smooth.c MOST_RANGE_PX 0.75f 3 one
 compose/smooth.c MOST_BEFORE_PX 0.075f 0.3f one
