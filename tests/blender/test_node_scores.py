@@ -48,24 +48,20 @@ def test_the_node_scores_what_the_command_scores(rendered, command):
     assert node == pytest.approx(score, abs=LIMIT_DB)
 
 
-def test_clean_edges_are_worth_their_pass(rendered, command):
-    """36.2 dB, and 35.6 without Cycles' denoising data."""
-    edges, without = (
-        tpsnr(command, rendered / f"{name}.exr")
-        for name in ("posts_node_edges", "posts_node")
-    )
-    print(f"posts: tPSNR of the node {edges:.3f}, without Clean Edges {without:.3f}")
-    assert edges > without + 0.4
-
-
-def test_parts_of_pixels_come_by_themselves(rendered, command):
-    """As it comes, pixels are rendered in 2 x 2 parts: 37.3 dB, and 36.2 as wholes."""
-    parts, wholes = (
-        tpsnr(command, rendered / f"{name}.exr")
-        for name in ("posts_node_parts", "posts_node_edges")
-    )
-    print(f"posts: tPSNR of the node {parts:.3f}, with whole pixels {wholes:.3f}")
-    assert parts > wholes + 0.7
+@pytest.mark.parametrize(
+    "more, less, worth",
+    [
+        ("posts_node_parts", "posts_node_edges", 0.7),  # as it comes: 37.3 dB, 36.2
+        ("posts_node_edges", "posts_node", 0.4),  # 35.6 without Cycles' denoising data
+    ],
+)
+def test_parts_of_pixels_and_clean_edges_are_worth_it(
+    rendered, command, more, less, worth
+):
+    """Supersample and Clean Edges, both on by themselves; dB."""
+    scores = [tpsnr(command, rendered / f"{name}.exr") for name in (more, less)]
+    print(f"posts: tPSNR of {more} {scores[0]:.3f}, of {less} {scores[1]:.3f}")
+    assert scores[0] > scores[1] + worth
 
 
 def test_eight_views_score_what_the_command_scores(rendered, command):
