@@ -14,12 +14,14 @@
  *                         8 px of film (film.c), which may be 64 (surface_reach())
  *   H = min(120, 5 R + 3) hidden background (hidden.c): candidates lie within 2 R, the
  *                         window reaches 2.5 times as far
+ *   B = R, 256 at most    what is continued beyond the border
  *   F = R + 4 2^l         a footprint, in blocks of the level
  *   4 (2^L - 1)           T once through the levels, 2 2^l at each of them
  *
  * T passes the levels four times: visible and hidden samples, near and far. A pixel so
  * depends on surfaces within 16 2^L + F + S, on those behind hidden samples within
- * 8 2^L + F + H + S, and on those that stand before highlights within 3 R + S. Tiles of
+ * 8 2^L + F + H + S, on those that stand before highlights within 3 R + S, and beyond
+ * the border, within R, on what is up to 6 B beside it (border_outlines.h). Tiles of
  * the levels must be those of the whole picture, since sums are in their order: windows
  * begin at multiples of the coarsest one. They may end anywhere.
  *
@@ -53,6 +55,7 @@
 #include "lens/aperture.h"
 #include "methods/views/views.h"
 #include "methods/views/views_lens.h"
+#include "surfaces/border_outlines.h"
 #include "surfaces/bright_areas.h"
 #include "surfaces/picture.h"
 #include "rackfocus/rackfocus.h"
@@ -303,9 +306,10 @@ static struct rf_margin margin_of_one(const struct rf_frame *f, float largest,
     int size = 1 << level, passes = level ? 16 * size : 0;
     int r = (int)ceilf(reach), spread = r + 4 * size;
     int visible = rf_max_int(passes, passes / 2 + hidden_reach(r)) + spread;
-    return (struct rf_margin){.px = rf_max_int(visible, 3 * r) + surface,
-                              .border = rf_picture_border(largest),
-                              .level = level};
+    int border = rf_picture_border(largest);
+    int beyond = rf_max_int(3 * r, r + RF_BESIDE_BORDER * border);
+    return (struct rf_margin){
+        .px = rf_max_int(visible, beyond) + surface, .border = border, .level = level};
 }
 
 static rf_result margin_of(const struct rf_frame *f, const struct rf_survey *surveys,

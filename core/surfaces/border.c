@@ -21,13 +21,9 @@
 #include "base/parallel.h"
 #include "base/pool.h"
 #include "kernels/data.h"
+#include "surfaces/border_outlines.h"
 #include "surfaces/surfaces.h"
 
-/*
- * A larger step of the radius from pixel to pixel parts two surfaces (its worth:
- * docs/notebook/border.md).
- */
-static const float LARGEST_STEP = 1;
 /* Pixels before such a step that may show both. */
 enum { RIM = 2 };
 /*
@@ -74,9 +70,13 @@ struct side {
     int edge, way;      /* a line's first pixel; 1 or -1, the way inwards */
     int depth;          /* pixels of a line that are looked at */
     int border;         /* pixels that are continued */
+    int top, height;    /* rows of the frame */
     struct line *lines;
-    float unit;       /* the least of all lines */
+    float unit; /* the least of all lines */
+    struct rf_border_radii radii;
+    struct rf_outlines outlines;
     rf_quad *scratch; /* colours: n_scratch for each thread */
+    int *seen;        /* lines: n_scratch for each thread */
     size_t n_scratch;
 };
 
@@ -106,15 +106,10 @@ static float radius_at(const struct side *s, int line, int i)
     return *value_at(s, s->pixels->radius, place_at(s, line, i));
 }
 
-static bool is_same_surface(float a, float b)
-{
-    return fabsf(a - b) <= LARGEST_STEP;
-}
-
 static int run_of(const struct side *s, int line)
 {
     for (int i = 1; i < s->depth; i++)
-        if (!is_same_surface(radius_at(s, line, i), radius_at(s, line, i - 1)))
+        if (!rf_is_same_surface(radius_at(s, line, i), radius_at(s, line, i - 1)))
             return rf_max_int(i - RIM, 1);
     return s->depth;
 }
@@ -186,7 +181,7 @@ static void find_neighbours(const struct side *s)
     int n = s->n_lines;
     for (int i = 0; i < n; i++)
         lines[i].first =
-            i > 0 && is_same_surface(radius_at(s, i, 0), radius_at(s, i - 1, 0))
+            i > 0 && rf_is_same_surface(radius_at(s, i, 0), radius_at(s, i - 1, 0))
                 ? lines[i - 1].first
                 : i;
     for (int i = n - 1; i >= 0; i--)
@@ -282,54 +277,83 @@ static rf_quad guessed_light(const struct side *s, int line, int k, int step,
     return mean + correlation_of(&a) * (edge - mean);
 }
 
-/* Gives pixel k beyond the border this light and the edge's radius. */
-static void put_pixel(const struct side *s, int line, int k, rf_quad c)
+/* Which pixel is this one or, where it lies beyond the border, does it go on from? */
+static size_t source_at(const struct side *s, struct place p)
+{
+    size_t i = (size_t)p.y * (size_t)s->pixels->width + (size_t)p.x;
+    bool is_inside = s->is_column || (p.y >= s->top && p.y < s->top + s->height);
+    return is_inside ? i : s->pixels->source[i];
+}
+
+/* Gives pixel k beyond the border this light and the radius of the edge of a line. */
+static void put_pixel(const struct side *s, int line, int k, int seen, rf_quad c)
 {
     struct place to = place_at(s, line, -k);
     struct rf_surface *out = surface_at(s, to);
     memcpy(out->c, &c, sizeof out->c);
-    out->r = radius_at(s, line, 0);
+    out->r = radius_at(s, seen, 0);
     *value_at(s, s->pixels->luminance, to) = rf_luminance(c[0], c[1], c[2]);
     *value_at(s, s->pixels->radius, to) = out->r;
+    if (s->pixels->source)
+        s->pixels->source[(size_t)to.y * (size_t)s->pixels->width + (size_t)to.x] =
+            source_at(s, place_at(s, seen, 0));
 }
 
+/* Continues all lines by the pixels begin + 1 to end beyond the border. */
 static void continue_lines(void *data, int64_t begin, int64_t end, int thread)
 {
     const struct side *s = data;
-    rf_quad *scratch = s->scratch + s->n_scratch * (size_t)thread;
-    for (int k = 1; k <= s->border; k++) {
+    rf_quad *light = s->scratch + s->n_scratch * (size_t)thread;
+    int *seen = s->seen + s->n_scratch * (size_t)thread;
+    for (int k = (int)begin + 1; k <= (int)end; k++) {
         int step = rf_max_int(rf_min_int(2 * k, s->border / 2), 1);
-        int first = rf_max_int((int)begin - TAPS * step, 0);
-        int last = rf_min_int((int)end - 1 + TAPS * step, s->n_lines - 1);
-        for (int i = first; i <= last; i++)
-            scratch[i] = mirrored_light(s, i, k);
-        for (int i = (int)begin; i < (int)end; i++)
-            put_pixel(s, i, k,
-                      s->is_mirrored ? scratch[i]
-                                     : guessed_light(s, i, k, step, scratch));
+        rf_outlines_at(&s->outlines, &s->radii, k, seen);
+        for (int i = 0; i < s->n_lines; i++)
+            light[i] = mirrored_light(s, i, k);
+        for (int i = 0; i < s->n_lines; i++)
+            put_pixel(s, i, k, seen[i],
+                      s->is_mirrored ? light[seen[i]]
+                                     : guessed_light(s, seen[i], k, step, light));
     }
 }
 
-static void continue_side(const struct rf_context *context, struct side *s)
+static rf_result continue_side(const struct rf_context *context, struct side *s,
+                               struct rf_error *error)
 {
+    const struct rf_pixels *p = s->pixels;
+    const struct place first = place_at(s, 0, 0);
+    const ptrdiff_t row = (ptrdiff_t)p->stride;
+    s->radii = (struct rf_border_radii){.first = value_at(s, p->radius, first),
+                                        .next = s->is_column ? 1 : row,
+                                        .inwards = s->way * (s->is_column ? row : 1),
+                                        .n_lines = s->n_lines,
+                                        .depth = s->depth,
+                                        .border = s->border};
+    rf_result result = rf_outlines_find(&s->outlines, &s->radii, context, error);
+    if (result != RF_OK)
+        return result;
     rf_parallel(context, s->n_lines, RF_EQUAL_PARTS, look_inside, s);
     find_neighbours(s);
     share_unit(s);
-    rf_parallel(context, s->n_lines, RF_EQUAL_PARTS, continue_lines, s);
+    rf_parallel(context, s->border, 1, continue_lines, s);
+    rf_outlines_free(&s->outlines, context);
+    return RF_OK;
 }
 
 /* Continues the lines at both ends where the n pixels from `first` on, of `size`, do not
  * reach. */
-static void continue_ends(const struct rf_context *context, struct side *s, int first,
-                          int n, int size)
+static rf_result continue_ends(const struct rf_context *context, struct side *s,
+                               int first, int n, int size, struct rf_error *error)
 {
+    rf_result result = RF_OK;
     s->depth = rf_min_int(rf_max_int(2 * s->border, DEPTH), n);
     s->edge = first, s->way = 1;
     if (first > 0)
-        continue_side(context, s);
+        result = continue_side(context, s, error);
     s->edge = first + n - 1, s->way = -1;
-    if (first + n < size)
-        continue_side(context, s);
+    if (result == RF_OK && first + n < size)
+        result = continue_side(context, s, error);
+    return result;
 }
 
 rf_result rf_border_continue(const struct rf_frame *frame,
@@ -340,20 +364,26 @@ rf_result rf_border_continue(const struct rf_frame *frame,
     const struct rf_params *params = &frame->params;
     struct side s = {.pixels = pixels,
                      .is_mirrored = !params->split_edges && !params->exact_highlights,
-                     .border = border};
+                     .border = border,
+                     .top = y0,
+                     .height = frame->height};
     s.n_scratch = (size_t)rf_max_int(frame->width, pixels->height);
     size_t n = s.n_scratch * (size_t)context->n_threads;
     s.lines = rf_alloc(context, s.n_scratch, sizeof *s.lines);
     s.scratch = rf_alloc(context, n, sizeof *s.scratch);
-    bool is_complete = s.lines && s.scratch;
-    if (is_complete) {
-        /* Up and down, and then all rows to the sides. */
-        s.is_column = true, s.begin = x0, s.n_lines = frame->width;
-        continue_ends(context, &s, y0, frame->height, pixels->height);
-        s.is_column = false, s.begin = 0, s.n_lines = pixels->height;
-        continue_ends(context, &s, x0, frame->width, pixels->width);
-    }
+    s.seen = rf_alloc(context, n, sizeof *s.seen);
+    bool is_complete = s.lines && s.scratch && s.seen;
+    rf_result result =
+        is_complete ? RF_OK : rf_fail_memory(error, n, sizeof *s.scratch);
+    /* Up and down, and then all rows to the sides. */
+    s.is_column = true, s.begin = x0, s.n_lines = frame->width;
+    if (result == RF_OK)
+        result = continue_ends(context, &s, y0, frame->height, pixels->height, error);
+    s.is_column = false, s.begin = 0, s.n_lines = pixels->height;
+    if (result == RF_OK)
+        result = continue_ends(context, &s, x0, frame->width, pixels->width, error);
+    rf_free(context, s.seen);
     rf_free(context, s.scratch);
     rf_free(context, s.lines);
-    return is_complete ? RF_OK : rf_fail_memory(error, n, sizeof *s.scratch);
+    return result;
 }

@@ -334,7 +334,8 @@ static rf_result run_walk(struct walk *walk, struct rf_error *error)
 
 /* ---- all ----------------------------------------------------------------------- */
 
-static rf_result allocate(struct rf_picture *picture, struct rf_error *error)
+static rf_result allocate(struct rf_picture *picture, enum rf_picture_kept kept,
+                          struct rf_error *error)
 {
     const struct rf_context *context = picture->frame->context;
     size_t n = padded_size(picture);
@@ -349,6 +350,9 @@ static rf_result allocate(struct rf_picture *picture, struct rf_error *error)
         .stride = stride,
         .luminance = rf_alloc(context, n_plane, sizeof(float)),
         .radius = rf_alloc(context, n_plane, sizeof(float)),
+        .source = kept == RF_KEPT_SOURCES
+                      ? rf_alloc(context, n, sizeof *picture->pixels.source)
+                      : NULL,
     };
     picture->darkest = rf_alloc(context, n_plane, sizeof *picture->darkest);
     size_t n_words = rf_row_words(picture->width) * (size_t)picture->height;
@@ -363,7 +367,8 @@ static rf_result allocate(struct rf_picture *picture, struct rf_error *error)
         .y = place->y + picture->border - picture->y0,
         .share = rf_alloc(context, n, sizeof *picture->surfaces.share),
     };
-    bool is_complete = picture->pixels.at && picture->pixels.luminance &&
+    bool has_sources = picture->pixels.source || kept != RF_KEPT_SOURCES;
+    bool is_complete = has_sources && picture->pixels.at && picture->pixels.luminance &&
                        picture->pixels.radius && picture->darkest && picture->others &&
                        picture->surfaces.share && picture->possible_highlights;
     return is_complete ? RF_OK
@@ -377,7 +382,7 @@ int rf_picture_border(float largest_radius)
 
 rf_result rf_picture_load(struct rf_picture *picture, const struct rf_frame *frame,
                           const struct rf_work_view *view, int n_planes, int border,
-                          bool keeps_pixels, struct rf_task *task,
+                          enum rf_picture_kept kept, struct rf_task *task,
                           struct rf_error *error)
 {
     const struct rf_place *at = &frame->place;
@@ -391,7 +396,7 @@ rf_result rf_picture_load(struct rf_picture *picture, const struct rf_frame *fra
     picture->width = picture->x0 + frame->width + (x1 == at->whole_width ? border : 0);
     picture->height =
         picture->y0 + frame->height + (y1 == at->whole_height ? border : 0);
-    rf_result result = allocate(picture, error);
+    rf_result result = allocate(picture, kept, error);
     if (result != RF_OK)
         return result;
     result = rf_areas_begin(&picture->areas, frame, error);
@@ -400,8 +405,8 @@ rf_result rf_picture_load(struct rf_picture *picture, const struct rf_frame *fra
         .view = view,
         .n_planes = n_planes,
         .splitter = {.frame = frame,
-                     .keeps_radii = keeps_pixels,
-                     .is_alone = !keeps_pixels,
+                     .keeps_radii = kept != RF_KEPT_RADII,
+                     .is_alone = kept == RF_KEPT_RADII,
                      .mean_depth = view->mean_depth,
                      .x0 = picture->x0,
                      .y0 = picture->y0,
@@ -413,7 +418,7 @@ rf_result rf_picture_load(struct rf_picture *picture, const struct rf_frame *fra
         .task = task};
     if (result == RF_OK)
         result = run_walk(&walk, error);
-    if (!keeps_pixels) {
+    if (kept == RF_KEPT_RADII) {
         rf_free(frame->context, picture->pixels.luminance);
         picture->pixels.luminance = NULL;
     }
@@ -425,10 +430,12 @@ void rf_picture_drop_pixels(struct rf_picture *picture)
     const struct rf_context *context = picture->frame->context;
     rf_free(context, picture->pixels.luminance);
     rf_free(context, picture->pixels.at);
+    rf_free(context, picture->pixels.source);
     rf_free(context, picture->pixels.split);
     rf_free(context, picture->pixels.split_row);
     picture->pixels.luminance = NULL;
     picture->pixels.at = NULL;
+    picture->pixels.source = NULL;
     picture->pixels.split = NULL;
     picture->pixels.split_row = NULL;
 }

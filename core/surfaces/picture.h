@@ -52,16 +52,22 @@ struct rf_picture {
     size_t behind_stride;
 };
 
+/* What stays of the pixels of a picture that is loaded. */
+enum rf_picture_kept {
+    RF_KEPT_RADII,
+    RF_KEPT_PIXELS, /* also luminances and rf_split_radius_at() */
+    RF_KEPT_SOURCES /* and the pixels that those beyond the border go on from */
+};
+
 /*
  * Loads a view and splits its edges (if the parameters say so); steps `task` once per
  * row of the padded picture. `border` is what rf_picture_border() says for the largest
  * radius in use. Of the pixels their radii stay, which are those of the near parts by
- * then, with `keeps_pixels` also luminances and rf_split_radius_at(). After a cancel
- * RF_OK comes back and there are no surfaces.
+ * then, and what `kept` says. After a cancel RF_OK comes back and there are no surfaces.
  */
 rf_result rf_picture_load(struct rf_picture *picture, const struct rf_frame *frame,
                           const struct rf_work_view *view, int n_planes, int border,
-                          bool keeps_pixels, struct rf_task *task,
+                          enum rf_picture_kept kept, struct rf_task *task,
                           struct rf_error *error);
 
 void rf_picture_free(struct rf_picture *picture);

@@ -45,6 +45,8 @@ struct rf_pixels {
     /* Where edges are split: the radii of split pixels as they came, or NULL. */
     struct rf_split_radius *split;
     size_t *split_row; /* where each row's begin, height + 1 */
+    /* Packed: which pixel each one beyond the border goes on from. Or NULL. */
+    size_t *source;
 };
 
 /* Of a row these lie from left to right. */

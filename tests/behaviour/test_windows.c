@@ -222,6 +222,31 @@ static void films(void)
         }
 }
 
+/* Stalks of all slants that both sides cut, which go on beyond them as they lean. */
+static void leaning_stalks(void)
+{
+    static const double radii[] = {5, 11, 40};
+    static const int height = 157;
+    for (int i = 0; i < 3; i++) {
+        struct frame f = frame_make(140, 1300, 3);
+        for (int y = 0; y < f.height; y++)
+            for (int x = 0; x < f.width; x++) {
+                double r = radii[i];
+                for (int k = 0; k < 60; k++)
+                    if (fabs(y + 0.5 - 23.7 * k - 0.21 * (k % 25 - 12) * (x - 70)) <
+                        2 + k % 7)
+                        r = fmin(radii[i] * (0.1 * (k % 17) - 1), r);
+                f.depth[y * f.width + x] = plain_depth(r);
+                for (int c = 0; c < 3; c++)
+                    frame_at(&f, f.colour, x, y)[c] =
+                        (float)(0.1 + 0.4 * (r < 0) + 0.2 * ((x / 4 + y / 3 + c) % 2));
+            }
+        struct subject s = subject_of(f, radii[i], NULL);
+        check_strips(&s, &height, 1);
+        subject_free(&s);
+    }
+}
+
 /* Cut off on all sides, some at the edges, with large radii. */
 static void windows_within_a_picture(void)
 {
@@ -492,6 +517,7 @@ int main(int argc, char **argv)
     TEST(strips_of_any_height);
     TEST(every_kind_of_picture);
     TEST(films);
+    TEST(leaning_stalks);
     TEST(windows_within_a_picture);
     TEST(highlights_of_the_whole);
     TEST(negative_colours_of_the_whole);

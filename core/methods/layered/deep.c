@@ -185,9 +185,13 @@ struct source {
 static struct source source_of(const struct rf_deep_work *d, int x, int y)
 {
     int border = d->picture.border;
-    int sx = rf_min_int(rf_max_int(x - border, 0), d->deep->width - 1);
-    int sy = rf_min_int(rf_max_int(y - border, 0), d->deep->height - 1);
-    return (struct source){sx, sy, sx != x - border || sy != y - border};
+    bool is_inside = x >= border && x < border + d->deep->width && y >= border &&
+                     y < border + d->deep->height;
+    size_t width = (size_t)d->picture.width, i = (size_t)y * width + (size_t)x;
+    if (!is_inside)
+        i = d->picture.pixels.source[i];
+    return (struct source){(int)(i % width) - border, (int)(i / width) - border,
+                           !is_inside};
 }
 
 /*
@@ -491,7 +495,7 @@ static rf_result run(struct rf_deep_work *d, struct rf_work *work,
     int border = rf_picture_border(work->largest_radius);
     rf_task_phase(work->task, 0.15, f->height + 2 * border);
     rf_result result = rf_picture_load(&d->picture, &whole, &view, d->n_planes, border,
-                                       true, work->task, error);
+                                       RF_KEPT_SOURCES, work->task, error);
     if (result == RF_OK && f->params.fill_hidden && !rf_task_is_cancelled(work->task))
         result = find_hidden(d, work->task, error);
     if (result == RF_OK && !rf_task_is_cancelled(work->task))

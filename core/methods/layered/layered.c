@@ -127,7 +127,7 @@ static rf_result run(struct layered *state, struct rf_work *work,
     rf_task_phase(work->task, 0.15, work->frame->height + 2 * border);
     rf_result result =
         rf_picture_load(&state->picture, work->frame, view, work->n_planes, border,
-                        false, work->task, error);
+                        RF_KEPT_RADII, work->task, error);
     if (result != RF_OK || rf_task_is_cancelled(work->task))
         return result;
     if (params->exact_highlights)

@@ -105,7 +105,7 @@ static rf_result load(struct rf_views *v, int border, struct rf_error *error)
                       work->frame->height + 2 * border);
         rf_result result =
             rf_picture_load(&v->pictures[j], work->frame, &work->views[j],
-                            work->n_planes, border, true, work->task, error);
+                            work->n_planes, border, RF_KEPT_PIXELS, work->task, error);
         if (result != RF_OK || rf_task_is_cancelled(work->task))
             return result;
         const struct rf_work_view *view = &work->views[j];

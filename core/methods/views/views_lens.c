@@ -21,6 +21,7 @@
 #include "lens/aperture.h"
 #include "methods/views/merge.h"
 #include "methods/views/views_lights.h"
+#include "surfaces/border_outlines.h"
 #include "surfaces/picture.h"
 #include "rackfocus/rackfocus.h"
 
@@ -331,7 +332,8 @@ static struct widest widest_of(const struct rf_work *work,
  * U of the place where a view shows them, whose depth is looked for on a line as long
  * as 2 U in the others; what stands before them lies within the cones to their cell, 2
  * R times its extent from the place that they have in the view, and what other views
- * show of that within 2 U of there, in blocks of 8 px.
+ * show of that within 2 U of there, in blocks of 8 px. Beyond the border it depends on
+ * what border_outlines.h says.
  */
 rf_result rf_views_margin(struct rf_work *work, int surface_px, int hidden_px,
                           struct rf_margin *margin, struct rf_error *error)
@@ -353,9 +355,12 @@ rf_result rf_views_margin(struct rf_work *work, int surface_px, int hidden_px,
                     w.moved + shift;
     float lines = 3 * shift + 8, cones = 3 * shift + 2 * r * (w.lens + lens / 8) + 10;
     float lights = lens * r + rf_max_float(lines, cones) + RF_LAMP_REACH_PX;
+    int border = rf_picture_border(rf_views_border(work, cells, n_cells));
+    float beyond = lens * r + (float)(RF_BESIDE_BORDER * border);
     *margin = (struct rf_margin){
-        .px = (int)ceilf(rf_max_float(samples, lights)) + surface_px,
-        .border = rf_picture_border(rf_views_border(work, cells, n_cells)),
+        .px = (int)ceilf(rf_max_float(rf_max_float(samples, lights), beyond)) +
+              surface_px,
+        .border = border,
         .level = w.level};
     rf_free(f->context, cells);
     return RF_OK;

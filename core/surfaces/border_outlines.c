@@ -1,0 +1,189 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * What is cut by the border goes on as it leans: a stalk that leaves the picture aslant
+ * does not stand upright beyond it, where it would hide other things from the lens. An
+ * outline is where the radius steps at the border, and belongs to the nearer surface. It
+ * is followed inwards, as far as it is straight, and goes on along the line of least
+ * squares. The nearer surface is seen where two meet, the farther one where they part.
+ * Ours.
+ */
+#include "surfaces/border_outlines.h"
+
+#include <math.h>
+#include <stdbool.h>
+#include <stddef.h>
+
+#include "base/context.h"
+#include "base/error.h"
+#include "base/math.h"
+#include "base/pool.h"
+#include "rackfocus/rackfocus.h"
+
+/* Pixels inwards that an outline is followed: at the most, and at the least to tell how
+ * it leans. */
+enum { FOLLOWED = 32, LEAST_FOLLOWED = 8 };
+/* How far it may lie from a straight line, px. */
+static const float BENT = 1;
+/* Lines per px of what leans most. */
+enum { STEEPEST = 2 };
+/* Lines that an outline must move by to lean. */
+static const float UPRIGHT = 0.5f;
+
+static float radius_at(const struct rf_border_radii *s, int line, int i)
+{
+    return s->first[line * s->next + i * s->inwards];
+}
+
+/* Where an outline lies i px inwards, the line after it: near `line`. -1: lost. */
+static int follow(const struct rf_border_radii *s, int line, int i, bool is_before,
+                  float *nearer)
+{
+    static const int BESIDE[] = {0, 1, -1, 2, -2};
+    for (int k = 0; k < 5; k++) {
+        int at = line + BESIDE[k];
+        if (at < 1 || at >= s->n_lines)
+            continue;
+        float near = radius_at(s, is_before ? at - 1 : at, i);
+        float far = radius_at(s, is_before ? at : at - 1, i);
+        if (rf_is_same_surface(near, *nearer) && far > near + RF_LARGEST_STEP) {
+            *nearer = near;
+            return at;
+        }
+    }
+    return -1;
+}
+
+/* The slope of n places, lines per px; NAN where they are not on a line. */
+static float slope_of(const int *place, int n)
+{
+    float mean = 0, product = 0, square = 0, middle = 0.5f * (float)(n - 1);
+    for (int i = 0; i < n; i++)
+        mean += (float)(place[i] - place[0]);
+    mean /= (float)n;
+    for (int i = 0; i < n; i++) {
+        float x = (float)i - middle;
+        product += x * (float)(place[i] - place[0]);
+        square += x * x;
+    }
+    float slope = product / square;
+    for (int i = 0; i < n; i++) {
+        float on = mean + slope * ((float)i - middle);
+        if (fabsf(on - (float)(place[i] - place[0])) > BENT)
+            return NAN;
+    }
+    return slope;
+}
+
+/* How an outline leans whose nearer surface lies before `line`, or else from it on. */
+static float lean(const struct rf_border_radii *s, int line, bool is_before)
+{
+    int place[FOLLOWED] = {line}, n = 1;
+    int most = rf_min_int(rf_min_int(FOLLOWED, s->depth), 2 * s->border);
+    float nearer = radius_at(s, is_before ? line - 1 : line, 0);
+    while (n < most && (place[n] = follow(s, place[n - 1], n, is_before, &nearer)) >= 0)
+        n++;
+    for (; n >= LEAST_FOLLOWED; n /= 2) {
+        float slope = slope_of(place, n);
+        if (!isnan(slope))
+            return fabsf(slope) * (float)s->border < UPRIGHT
+                       ? 0
+                       : fminf(fmaxf(-slope, -STEEPEST), STEEPEST);
+    }
+    return 0;
+}
+
+/* Measures a surface's slopes at both ends. */
+static void measure(struct rf_outlines *outlines, const struct rf_border_radii *s,
+                    struct rf_outline *o)
+{
+    const int last = o->end - 1;
+    bool is_first = o->begin == 0, is_last = o->end == s->n_lines;
+    o->slope[0] = o->slope[1] = 0;
+    if (!is_first && radius_at(s, o->begin, 0) < radius_at(s, o->begin - 1, 0))
+        o->slope[0] = lean(s, o->begin, false);
+    if (!is_last && radius_at(s, last, 0) < radius_at(s, o->end, 0))
+        o->slope[1] = lean(s, o->end, true);
+    int n = rf_min_int(o->end - o->begin, STEEPEST * s->border);
+    o->n_affected = (float)n;
+    outlines->are_upright &= o->slope[0] == 0 && o->slope[1] == 0;
+}
+
+rf_result rf_outlines_find(struct rf_outlines *outlines,
+                           const struct rf_border_radii *s,
+                           const struct rf_context *context, struct rf_error *error)
+{
+    *outlines = (struct rf_outlines){.are_upright = true};
+    int n = 1;
+    for (int i = 1; i < s->n_lines; i++)
+        n += !rf_is_same_surface(radius_at(s, i, 0), radius_at(s, i - 1, 0));
+    outlines->at = rf_alloc(context, (size_t)n, sizeof *outlines->at);
+    if (!outlines->at)
+        return rf_fail_memory(error, (size_t)n, sizeof *outlines->at);
+    for (int begin = 0, end; begin < s->n_lines; begin = end) {
+        for (end = begin + 1; end < s->n_lines; end++)
+            if (!rf_is_same_surface(radius_at(s, end, 0), radius_at(s, end - 1, 0)))
+                break;
+        struct rf_outline *o = &outlines->at[outlines->n++];
+        *o = (struct rf_outline){.begin = begin, .end = end};
+        measure(outlines, s, o);
+    }
+    return RF_OK;
+}
+
+void rf_outlines_free(struct rf_outlines *outlines, const struct rf_context *context)
+{
+    rf_free(context, outlines->at);
+    outlines->at = NULL;
+}
+
+/* Where the side of a line lies k px beyond the border. */
+static float moved(const struct rf_outline *o, int side, int k)
+{
+    float before = fmaxf(1 - (float)(side - o->begin) / o->n_affected, 0);
+    float after = fmaxf(1 - (float)(o->end - side) / o->n_affected, 0);
+    return (float)side + (float)k * (o->slope[0] * before + o->slope[1] * after);
+}
+
+/* Lays a surface where nothing nearer is. */
+static void lay(const struct rf_border_radii *s, const struct rf_outline *o, int k,
+                int *line)
+{
+    float to = moved(o, o->begin, k);
+    for (int i = o->begin; i < o->end; i++) {
+        float from = to;
+        to = moved(o, i + 1, k);
+        int first = rf_max_int((int)ceilf(from - 0.5f), 0);
+        for (int at = first; at < s->n_lines && (float)at + 0.5f < to; at++)
+            if (line[at] < 0 || radius_at(s, i, 0) < radius_at(s, line[at], 0))
+                line[at] = i;
+    }
+}
+
+/* Fills places where surfaces parted with the farther one beside them. */
+static void fill(const struct rf_border_radii *s, int *line)
+{
+    int n = s->n_lines;
+    for (int begin = 0, end; begin < n; begin = end + 1) {
+        for (end = begin; end < n && line[end] < 0; end++)
+            ;
+        if (end == begin)
+            continue;
+        int before = begin > 0 ? line[begin - 1] : -1, after = end < n ? line[end] : -1;
+        bool is_before = after < 0 || (before >= 0 && radius_at(s, before, 0) >=
+                                                          radius_at(s, after, 0));
+        for (int i = begin; i < end; i++)
+            line[i] = is_before ? before : after;
+    }
+}
+
+void rf_outlines_at(const struct rf_outlines *outlines, const struct rf_border_radii *s,
+                    int k, int *line)
+{
+    for (int i = 0; i < s->n_lines; i++)
+        line[i] = outlines->are_upright ? i : -1;
+    if (outlines->are_upright)
+        return;
+    for (int i = 0; i < outlines->n; i++)
+        lay(s, &outlines->at[i], k, line);
+    fill(s, line);
+}
