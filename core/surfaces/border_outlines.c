@@ -22,8 +22,11 @@
 /* Pixels inwards that an outline is followed: at the most, and at the least to tell how
  * it leans. */
 enum { FOLLOWED = 32, LEAST_FOLLOWED = 8 };
-/* How far it may lie from a straight line, px. */
-static const float BENT = 1;
+/*
+ * How far it may lie from a straight line, px: so much, and so much per px that it is
+ * followed. Rough outlines lean as a whole does, not as the last 8 px do.
+ */
+static const float BENT = 0.25f, BENT_PER_PX = 1.0f / 16;
 /* Lines per px of what leans most. */
 enum { STEEPEST = 2 };
 /* Lines that an outline must move by to lean. */
@@ -65,10 +68,10 @@ static float slope_of(const int *place, int n)
         product += x * (float)(place[i] - place[0]);
         square += x * x;
     }
-    float slope = product / square;
+    float slope = product / square, bent = BENT + BENT_PER_PX * (float)n;
     for (int i = 0; i < n; i++) {
         float on = mean + slope * ((float)i - middle);
-        if (fabsf(on - (float)(place[i] - place[0])) > BENT)
+        if (fabsf(on - (float)(place[i] - place[0])) > bent)
             return NAN;
     }
     return slope;

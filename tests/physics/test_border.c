@@ -6,16 +6,17 @@
 enum { SIDE = 240, CUT = 60, KEPT = SIDE - 2 * CUT };
 
 /* How a stalk lies in the picture: at x = at + lean y, or across, where x and y change
- * places. Half of its width grows by `growth` px per px. */
+ * places. Half of its width grows by `growth` px per px; waves: px to both sides. */
 struct stalk {
     double at, lean, half_width, growth, r_px;
     bool is_across;
+    double waves;
 };
 
 static bool is_on(const struct stalk *s, int x, int y)
 {
     double along = (s->is_across ? x : y) - SIDE / 2, across = s->is_across ? y : x;
-    return fabs(across + 0.5 - s->at - s->lean * along) <
+    return fabs(across + 0.5 - s->at - s->lean * along - s->waves * sin(along / 2)) <
            s->half_width + s->growth * along;
 }
 
@@ -74,6 +75,15 @@ static void what_leaves_aslant_goes_on_aslant(void)
     }
 }
 
+/* Bark and leaves lean as a whole. */
+static void what_is_rough_leans_as_a_whole(void)
+{
+    const struct stalk s = {105, 0.4, 6, 0, -12, false, 1.2};
+    double worst = error_of(&s, 1);
+    printf("# rough: %.4f\n", worst);
+    CHECK(worst < 0.03);
+}
+
 /* It becomes narrower or wider as it does inside. */
 static void what_tapers_goes_on_to_taper(void)
 {
@@ -99,6 +109,7 @@ int main(int argc, char **argv)
 {
     testing_begin(argc, argv);
     TEST(what_leaves_aslant_goes_on_aslant);
+    TEST(what_is_rough_leans_as_a_whole);
     TEST(what_tapers_goes_on_to_taper);
     TEST(the_nearer_of_two_is_seen);
     return testing_end();
