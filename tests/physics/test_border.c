@@ -59,8 +59,8 @@ static double error_of(const struct stalk *stalks, int n)
 /* Upright ones are the measure. */
 static void what_leaves_aslant_goes_on_aslant(void)
 {
-    const struct stalk upright[] = {{100, 0, 4, 0, -12, false},
-                                    {100, 0, 4, 0, -12, true}};
+    const struct stalk upright[] = {{100, 0, 4, 0, -12, false, 0},
+                                    {100, 0, 4, 0, -12, true, 0}};
     for (int k = 0; k < 2; k++) {
         double straight = error_of(&upright[k], 1);
         printf("# upright: %.4f\n", straight);
