@@ -3,8 +3,8 @@
  * What is cut by the border goes on as it leans: a stalk that leaves the picture aslant
  * does not stand upright beyond it, where it would hide other things from the lens. An
  * outline is where the radius steps at the border, and belongs to the nearer surface. It
- * is followed inwards, as far as it is straight, and goes on along the line of least
- * squares. The nearer surface is seen where two meet, the farther one where they part.
+ * is followed inwards, as far as it is smooth, and goes on along its tangent, by the line of
+ * least squares or, where it is bowed, the parabola. The nearer surface is seen where two meet, the farther one where they part.
  * Ours.
  */
 #include "surfaces/border_outlines.h"
@@ -22,8 +22,10 @@
 /* Pixels inwards that an outline is followed: at the most, and at the least to tell how
  * it leans. */
 enum { FOLLOWED = 32, LEAST_FOLLOWED = 8 };
+/* px that an outline's middle lies off the line through its ends, for it to be bowed. */
+static const float BOWED = 1;
 /*
- * How far it may lie from a straight line, px: so much, and so much per px that it is
+ * How far it may lie from a line or a parabola, px: so much, and so much per px that it is
  * followed. Rough outlines lean as a whole does, not as the last 8 px do.
  */
 static const float BENT = 0.25f, BENT_PER_PX = 1.0f / 16;
@@ -56,25 +58,40 @@ static int follow(const struct rf_border_radii *s, int line, int i, bool is_befo
     return -1;
 }
 
-/* The slope of n places, lines per px; NAN where they are not on a line. */
+/*
+ * The slope at the first of n places, lines per px; NAN where they are neither on a line
+ * nor, where that is bowed, on a parabola.
+ */
 static float slope_of(const int *place, int n)
 {
-    float mean = 0, product = 0, square = 0, middle = 0.5f * (float)(n - 1);
-    for (int i = 0; i < n; i++)
-        mean += (float)(place[i] - place[0]);
-    mean /= (float)n;
+    float middle = 0.5f * (float)(n - 1);
+    float mean = 0, squares = 0, fourths = 0, slope = 0, bow = 0;
     for (int i = 0; i < n; i++) {
         float x = (float)i - middle;
-        product += x * (float)(place[i] - place[0]);
-        square += x * x;
+        mean += (float)(place[i] - place[0]);
+        squares += x * x;
     }
-    float slope = product / square, bent = BENT + BENT_PER_PX * (float)n;
+    mean /= (float)n;
+    float square = squares / (float)n;
     for (int i = 0; i < n; i++) {
-        float on = mean + slope * ((float)i - middle);
+        float x = (float)i - middle, y = (float)(place[i] - place[0]) - mean;
+        float curved = x * x - square;
+        slope += x * y;
+        bow += curved * y;
+        fourths += curved * curved;
+    }
+    slope /= squares;
+    bow /= fourths;
+    if (fabsf(bow) * middle * middle < BOWED)
+        bow = 0;
+    float bent = BENT + BENT_PER_PX * (float)n;
+    for (int i = 0; i < n; i++) {
+        float x = (float)i - middle;
+        float on = mean + slope * x + bow * (x * x - square);
         if (fabsf(on - (float)(place[i] - place[0])) > bent)
             return NAN;
     }
-    return slope;
+    return slope - 2 * bow * middle;
 }
 
 /* How an outline leans whose nearer surface lies before `line`, or else from it on. */
