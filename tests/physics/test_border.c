@@ -5,8 +5,11 @@
 
 enum { SIDE = 240, CUT = 60, KEPT = SIDE - 2 * CUT };
 
-/* How a stalk lies in the picture: at x = at + lean y, or across, where x and y change
- * places. Half of its width grows by `growth` px per px; waves: px to both sides; bow: px per px^2. */
+/*
+ * How a stalk lies in the picture: at x = at + lean y, or across, where x and y change
+ * places. Half of its width grows by `growth` px per px; waves: px to both sides; bow: px
+ * per px^2.
+ */
 struct stalk {
     double at, lean, half_width, growth, r_px;
     bool is_across;
