@@ -335,7 +335,7 @@ static rf_result continue_side(const struct rf_context *context, struct side *s,
     rf_parallel(context, s->n_lines, RF_EQUAL_PARTS, look_inside, s);
     find_neighbours(s);
     share_unit(s);
-    rf_parallel(context, s->border, 1, continue_lines, s);
+    rf_parallel(context, s->border, RF_EQUAL_PARTS, continue_lines, s);
     rf_outlines_free(&s->outlines, context);
     return RF_OK;
 }
