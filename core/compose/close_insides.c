@@ -18,7 +18,7 @@
 #include "surfaces/hidden_blocks.h"
 #include "surfaces/insides.h"
 
-enum { BLOCK = RF_HIDDEN_BLOCK };
+enum { BLOCK = RF_HIDDEN_BLOCK, ALL_COLUMNS = 255 };
 
 /* Takes the T of a block of pixels of a tile, from (x, y) of it on. */
 static void close_block(const struct rf_composer *c, int x, int y,
@@ -48,38 +48,54 @@ static void close_pixel(float *t, size_t plane, int n_cells)
         t[plane * (size_t)cell] = 0;
 }
 
-/* Is one of a row's pixels between two radii? */
-static bool has_between(const float *radius, int n, float shift, float from, float to)
+/* Those of some pixels of a block that are between two radii. */
+static uint64_t find_between(const struct rf_insides *s, float shift, int bx, int by,
+                             uint64_t bits, float from, float to)
 {
-    int found = 0;
-    for (int i = 0; i < n; i++)
-        found |= (radius[i] + shift >= from) & (radius[i] + shift < to);
-    return found;
+    static const int bit[BLOCK] = {1, 2, 4, 8, 16, 32, 64, 128};
+    const int n_rows = rf_min_int(s->height - by * BLOCK, BLOCK);
+    const int n = rf_min_int(s->width - bx * BLOCK, BLOCK);
+    uint64_t found = 0;
+    for (int y = 0; y < n_rows; y++) {
+        if (!(bits >> BLOCK * y & ALL_COLUMNS))
+            continue;
+        const float *radius = s->radius + s->stride * (size_t)(by * BLOCK + y);
+        int columns = 0;
+        for (int i = 0; i < BLOCK; i++) { /* rows have room for whole blocks */
+            const float r = radius[bx * BLOCK + i] + shift;
+            columns |= -((r >= from) & (r < to)) & bit[i];
+        }
+        found |= (uint64_t)(columns & ((1 << n) - 1)) << BLOCK * y;
+    }
+    return found & bits;
 }
 
-/* Takes the T of those pixels of block (bx, by) that are inside. */
+/* Takes the T of those pixels of block (bx, by) that are inside; t is that of its first
+ * one. */
 static void close_pixels(const struct rf_composer *c, int bx, int by, float from,
-                         float r, const struct rf_tile_state *state,
+                         float r, float *t, const struct rf_tile_state *state,
                          struct rf_inside_hint *hint)
 {
     const struct rf_insides *s = c->scene->insides;
     const float shift = c->scene->radius_shift;
     const int n_cells = c->canvas.n_cells;
-    const int x1 = rf_min_int((bx + 1) * BLOCK, s->width);
-    const int y1 = rf_min_int((by + 1) * BLOCK, s->height);
-    const float to = rf_min_float(r, 0);
-    for (int y = by * BLOCK; y < y1; y++) {
-        const float *radius = s->radius + s->stride * (size_t)y;
-        if (!has_between(radius + bx * BLOCK, x1 - bx * BLOCK, shift, from, to))
-            continue;
-        for (int x = bx * BLOCK; x < x1; x++) {
-            float *t =
-                state->t + state->t_row * (size_t)(y % RF_TILE_H) + x % RF_TILE_W;
-            if (has_between(radius + x, 1, shift, from, to) &&
-                is_open(t, state->t_plane, n_cells) &&
-                rf_inside_is_met(s, shift, x, y, r, hint))
-                close_pixel(t, state->t_plane, n_cells);
-        }
+    uint64_t open = 0, met;
+    uint64_t bits = rf_inside_may_be_met(s, bx, by);
+    if (bits)
+        bits = find_between(s, shift, bx, by, bits, from, rf_min_float(r, 0));
+    if (bits)
+        bits = rf_inside_drop_hinted(s, shift, bx, by, bits, r, hint);
+    for (uint64_t rest = bits; rest; rest &= rest - 1) {
+        const int i = __builtin_ctzll(rest);
+        if (is_open(t + state->t_row * (size_t)(i / BLOCK) + i % BLOCK, state->t_plane,
+                    n_cells))
+            open |= rest & -rest;
+    }
+    met = open ? rf_inside_find_met(s, shift, bx, by, open, r, hint) : 0;
+    for (; met; met &= met - 1) {
+        const int i = __builtin_ctzll(met);
+        close_pixel(t + state->t_row * (size_t)(i / BLOCK) + i % BLOCK, state->t_plane,
+                    n_cells);
     }
 }
 
@@ -106,6 +122,7 @@ void rf_close_insides(const struct rf_composer *c, int tx, int ty, float from, f
             if (is_last && known + shift < r)
                 close_block(c, x, y, state);
             else if (has_asking && known == INFINITY)
-                close_pixels(c, bx, by, from, r, state, &hint);
+                close_pixels(c, bx, by, from, r,
+                             state->t + state->t_row * (size_t)y + x, state, &hint);
         }
 }

@@ -71,13 +71,13 @@ static const float ALONG_PX[4] = {EDGE_PX, EDGE_PX, 2 * EDGE_PX, 2 * EDGE_PX};
 /* Beyond what rays reach at the pixel's own depth nearer surfaces may lie. */
 static const float MORE = 1.1f;
 
-/* A near pixel that asks, and what is found around it. */
+/* Near pixels that ask, and what is found around them. */
 struct asking {
     const struct rf_insides *s;
-    float shift; /* of all radii, px */
-    int x, y;
-    float limit;  /* radius, at most 0, below which rays are to meet something */
-    float lowest; /* radius of what they may meet */
+    float shift;        /* of all radii, px */
+    int x0, y0, x1, y1; /* the first and the last pixel; in one block */
+    float limit;        /* radius, at most 0, below which rays are to meet something */
+    float lowest;       /* radius of what they may meet */
     struct rf_inside_hint *hint;
 };
 
@@ -86,28 +86,32 @@ static float squared(float v)
     return v * v;
 }
 
-/* How far a ray is from the pixel at the depth of radius r, and half a pixel more. */
+/* How far a ray is from its pixel at the depth of radius r, and half a pixel more. */
 static float reach_at(const struct asking *a, float r)
 {
     return fabsf(r) * a->s->reach.most + EDGE_PX;
 }
 
-/* Pixels from (x0, y0) to (x1, y1), seen from the one that asks. */
+/* Pixels from (x0, y0) to (x1, y1), seen from those that ask: wherever one of them may
+ * see one. */
 struct box {
     float x0, y0, x1, y1;
 };
 
+static struct box box_of(const struct asking *a, int x, int y, int size)
+{
+    return (struct box){(float)(x - a->x1), (float)(y - a->y1),
+                        (float)(x + size - 1 - a->x0), (float)(y + size - 1 - a->y0)};
+}
+
 static struct box pixel_of(const struct asking *a, int x, int y)
 {
-    const float dx = (float)(x - a->x), dy = (float)(y - a->y);
-    return (struct box){dx, dy, dx, dy};
+    return box_of(a, x, y, 1);
 }
 
 static struct box block_of(const struct asking *a, int bx, int by)
 {
-    const float x = (float)(bx * RF_HIDDEN_BLOCK - a->x);
-    const float y = (float)(by * RF_HIDDEN_BLOCK - a->y);
-    return (struct box){x, y, x + RF_HIDDEN_BLOCK - 1, y + RF_HIDDEN_BLOCK - 1};
+    return box_of(a, bx * RF_HIDDEN_BLOCK, by * RF_HIDDEN_BLOCK, RF_HIDDEN_BLOCK);
 }
 
 /* Where the pixels lie along the directions of struct rf_reach; rows go down. */
@@ -119,6 +123,17 @@ static struct spans spans_of(const struct box *b)
 {
     return (struct spans){{b->x0, -b->y1, b->x0 - b->y1, b->x0 + b->y0},
                           {b->x1, -b->y0, b->x1 - b->y0, b->x1 + b->y1}};
+}
+
+/* Where rays are at a depth, along those directions. */
+static struct spans rays_at(const struct rf_reach *reach, float r)
+{
+    struct spans rays;
+    for (int k = 0; k < 4; k++) {
+        rays.from[k] = -r * reach->from[k] - ALONG_PX[k];
+        rays.to[k] = -r * reach->to[k] + ALONG_PX[k];
+    }
+    return rays;
 }
 
 /* May a ray reach one of the pixels, at the depth of radius r < 0? */
@@ -169,8 +184,31 @@ static bool has_passage(const struct asking *a, int bx, int by)
     return false;
 }
 
+/* The near surfaces of a block that do not end there. False where a ray may come to the
+ * limit. */
+static bool take_pixels(struct asking *a, int bx, int by)
+{
+    const uint64_t edges = a->s->edges[by * a->s->n_x + bx].bits;
+    for (int i = 0; i < RF_HIDDEN_BLOCK * RF_HIDDEN_BLOCK; i++) {
+        const int x = bx * RF_HIDDEN_BLOCK + i % RF_HIDDEN_BLOCK;
+        const int y = by * RF_HIDDEN_BLOCK + i / RF_HIDDEN_BLOCK;
+        if (edges >> i & 1 || x >= a->s->width || y >= a->s->height)
+            continue;
+        const struct box pixel = pixel_of(a, x, y);
+        const float r = radius_of(a, x, y);
+        if (!(r < 0) || (r < a->limit && r >= a->lowest) || !may_reach(a, &pixel, r))
+            continue;
+        if (r >= a->limit) {
+            hint_at(a, x, y);
+            return false;
+        }
+        a->lowest = r;
+    }
+    return true;
+}
+
 /* The near surfaces of a block; of one without edges as a whole. False where a ray may
- * come to the limit. */
+ * pass an edge or come to the limit. */
 static bool take_block(struct asking *a, int bx, int by)
 {
     const struct rf_hidden_facts *block = &a->s->blocks[by * a->s->n_x + bx];
@@ -178,56 +216,10 @@ static bool take_block(struct asking *a, int bx, int by)
     const float lowest = block->lowest + a->shift;
     if (!(lowest < 0) || !may_reach(a, &all, lowest))
         return true;
-    if (!a->s->edges[by * a->s->n_x + bx].bits) {
-        a->lowest = rf_min_float(lowest, a->lowest);
-        return block->highest + a->shift < a->limit;
-    }
-    for (int i = 0; i < RF_HIDDEN_BLOCK * RF_HIDDEN_BLOCK; i++) {
-        const int x = bx * RF_HIDDEN_BLOCK + i % RF_HIDDEN_BLOCK;
-        const int y = by * RF_HIDDEN_BLOCK + i / RF_HIDDEN_BLOCK;
-        if (x >= a->s->width || y >= a->s->height)
-            continue;
-        const struct box pixel = pixel_of(a, x, y);
-        const float r = radius_of(a, x, y);
-        if (!(r < 0) || !may_reach(a, &pixel, r))
-            continue;
-        if (r >= a->limit) {
-            hint_at(a, x, y);
-            return false;
-        }
-        a->lowest = rf_min_float(r, a->lowest);
-    }
-    return true;
-}
-
-/* Blocks from (x0, y0) to (x1, y1). */
-struct blocks {
-    int x0, y0, x1, y1;
-};
-
-static struct blocks blocks_within(const struct asking *a, int n)
-{
-    const struct rf_insides *s = a->s;
-    return (struct blocks){rf_max_int(a->x - n, 0) / RF_HIDDEN_BLOCK,
-                           rf_max_int(a->y - n, 0) / RF_HIDDEN_BLOCK,
-                           rf_min_int((a->x + n) / RF_HIDDEN_BLOCK, s->n_x - 1),
-                           rf_min_int((a->y + n) / RF_HIDDEN_BLOCK, s->n_y - 1)};
-}
-
-/* Do the rays come to the limit at the hint? As the search within `reach` would find. */
-static bool is_hint_right(const struct asking *a, float reach)
-{
-    const struct rf_inside_hint *hint = a->hint;
-    const struct blocks near = blocks_within(a, (int)reach + 1);
-    const int bx = hint->x / RF_HIDDEN_BLOCK, by = hint->y / RF_HIDDEN_BLOCK;
-    if (!hint->is_known || bx < near.x0 || bx > near.x1 || by < near.y0 || by > near.y1)
-        return false;
-    const int i =
-        hint->y % RF_HIDDEN_BLOCK * RF_HIDDEN_BLOCK + hint->x % RF_HIDDEN_BLOCK;
-    const struct box pixel = pixel_of(a, hint->x, hint->y);
-    const float r = radius_of(a, hint->x, hint->y);
-    return r < 0 && may_reach(a, &pixel, r) &&
-           (r >= a->limit || a->s->edges[by * a->s->n_x + bx].bits >> i & 1);
+    if (a->s->edges[by * a->s->n_x + bx].bits)
+        return !has_passage(a, bx, by) && take_pixels(a, bx, by);
+    a->lowest = rf_min_float(lowest, a->lowest);
+    return block->highest + a->shift < a->limit;
 }
 
 /* Do all rays meet something before the limit, of what lies within `reach`? */
@@ -236,32 +228,181 @@ static bool are_met(struct asking *a, float reach)
     const struct rf_insides *s = a->s;
     const int n = (int)reach + 1;
     const int least = s->border > 0 ? s->border + n : 0;
-    if (rf_min_int(a->x, a->y) < least || a->x >= s->width - least ||
-        a->y >= s->height - least)
+    if (rf_min_int(a->x0, a->y0) < least || a->x1 >= s->width - least ||
+        a->y1 >= s->height - least)
         return false;
-    const struct blocks near = blocks_within(a, n);
+    const int bx0 = rf_max_int(a->x0 - n, 0) / RF_HIDDEN_BLOCK;
+    const int by0 = rf_max_int(a->y0 - n, 0) / RF_HIDDEN_BLOCK;
+    const int bx1 = rf_min_int((a->x1 + n) / RF_HIDDEN_BLOCK, s->n_x - 1);
+    const int by1 = rf_min_int((a->y1 + n) / RF_HIDDEN_BLOCK, s->n_y - 1);
     a->lowest = INFINITY;
-    for (int by = near.y0; by <= near.y1; by++)
-        for (int bx = near.x0; bx <= near.x1; bx++)
-            if (has_passage(a, bx, by) || !take_block(a, bx, by))
+    for (int by = by0; by <= by1; by++)
+        for (int bx = bx0; bx <= bx1; bx++)
+            if (!take_block(a, bx, by))
                 return false;
     return true;
 }
 
-bool rf_inside_is_met(const struct rf_insides *s, float shift, int x, int y, float r,
-                      struct rf_inside_hint *hint)
+/* May something of their own block be met, and nothing of it be passed? Most that ask
+ * in vain learn it there. */
+static bool begins_well(struct asking *a)
 {
-    struct asking a = {s, shift, x, y, rf_min_float(r, 0), INFINITY, hint};
-    const int bx = x / RF_HIDDEN_BLOCK, by = y / RF_HIDDEN_BLOCK;
-    float reach = MORE * reach_at(&a, radius_of(&a, x, y));
-    if (is_hint_right(&a, reach) || has_passage(&a, bx, by) || !take_block(&a, bx, by))
+    return take_block(a, a->x0 / RF_HIDDEN_BLOCK, a->y0 / RF_HIDDEN_BLOCK);
+}
+
+/* Of one pixel: have its rays met something before the limit? */
+static bool is_pixel_met(struct asking *a)
+{
+    float reach = MORE * reach_at(a, radius_of(a, a->x0, a->y0));
+    if (!begins_well(a))
         return false;
     for (int tries = 0; tries < 3; tries++) {
-        if (!(reach <= MOST_REACH * RF_HIDDEN_BLOCK) || !are_met(&a, reach))
+        if (!(reach <= MOST_REACH * RF_HIDDEN_BLOCK) || !are_met(a, reach))
             return false;
-        if (reach_at(&a, a.lowest) <= reach)
+        if (reach_at(a, a->lowest) <= reach)
             return true;
-        reach = MORE * reach_at(&a, a.lowest);
+        reach = MORE * reach_at(a, a->lowest);
     }
     return false;
+}
+
+/* Of several: true only if each of them would be told so at its first try. */
+static bool is_box_met(struct asking *a, float lowest, float highest)
+{
+    const float reach = MORE * reach_at(a, lowest);
+    return reach <= MOST_REACH * RF_HIDDEN_BLOCK && begins_well(a) &&
+           are_met(a, reach) && reach_at(a, a->lowest) <= MORE * reach_at(a, highest);
+}
+
+/* ---- pixels of a block ------------------------------------------------------------ */
+
+enum { ALL_COLUMNS = 255 };
+
+/* The columns of a row whose rays come to the hint, and whose search would look there. */
+static int hinted_columns(const struct asking *a, const struct spans *rays,
+                          float most_2, int x0, int y)
+{
+    static const int bit[RF_HIDDEN_BLOCK] = {1, 2, 4, 8, 16, 32, 64, 128};
+    const float *radius = a->s->radius + a->s->stride * (size_t)y + x0;
+    const int hx = a->hint->x / RF_HIDDEN_BLOCK * RF_HIDDEN_BLOCK;
+    const int hy = a->hint->y / RF_HIDDEN_BLOCK * RF_HIDDEN_BLOCK;
+    const float dy = (float)(a->hint->y - y);
+    const int away_y = rf_max_int(y - hy - (RF_HIDDEN_BLOCK - 1), hy - y) - 1;
+    int columns = 0;
+    for (int i = 0; i < RF_HIDDEN_BLOCK; i++) {
+        const int x = x0 + i;
+        const float dx = (float)(a->hint->x - x), right = dx - dy, left = dx + dy;
+        const int away_x = rf_max_int(x - hx - (RF_HIDDEN_BLOCK - 1), hx - x) - 1;
+        const float away = (float)rf_max_int(away_x, away_y);
+        const int comes =
+            (dx * dx + dy * dy < most_2) & (dx > rays->from[0]) & (dx < rays->to[0]) &
+            (right > rays->from[2]) & (right < rays->to[2]) & (left > rays->from[3]) &
+            (left < rays->to[3]) & (MORE * reach_at(a, radius[i] + a->shift) >= away);
+        columns |= -comes & bit[i];
+    }
+    return -dy > rays->from[1] && -dy < rays->to[1] ? columns : 0;
+}
+
+uint64_t rf_inside_drop_hinted(const struct rf_insides *s, float shift, int bx, int by,
+                               uint64_t asking, float r, struct rf_inside_hint *hint)
+{
+    if (!hint->is_known)
+        return asking;
+    const struct asking a = {.s = s, .shift = shift, .hint = hint};
+    const int hx = hint->x / RF_HIDDEN_BLOCK, hy = hint->y / RF_HIDDEN_BLOCK;
+    const int i =
+        hint->y % RF_HIDDEN_BLOCK * RF_HIDDEN_BLOCK + hint->x % RF_HIDDEN_BLOCK;
+    const float at = radius_of(&a, hint->x, hint->y);
+    if (!(at < 0) ||
+        !(at >= rf_min_float(r, 0) || s->edges[hy * s->n_x + hx].bits >> i & 1))
+        return asking;
+    const struct spans rays = rays_at(&s->reach, at);
+    const float most_2 = squared(reach_at(&a, at));
+    for (int y = 0; y < RF_HIDDEN_BLOCK; y++)
+        if (asking >> RF_HIDDEN_BLOCK * y & ALL_COLUMNS)
+            asking &=
+                ~((uint64_t)hinted_columns(&a, &rays, most_2, bx * RF_HIDDEN_BLOCK,
+                                           by * RF_HIDDEN_BLOCK + y)
+                  << RF_HIDDEN_BLOCK * y);
+    return asking;
+}
+
+uint64_t rf_inside_may_be_met(const struct rf_insides *s, int bx, int by)
+{
+    for (int k = 0; k < 4; k++)
+        if (!(s->reach.from[k] <= 0 && s->reach.to[k] >= 0))
+            return UINT64_MAX;
+    return ~s->edges[by * s->n_x + bx].bits;
+}
+
+/* Of the pixels of some bits, where they lie and what radii they have. */
+static void set_box(struct asking *a, int bx, int by, uint64_t bits, float *lowest,
+                    float *highest)
+{
+    int x0 = RF_HIDDEN_BLOCK, y0 = RF_HIDDEN_BLOCK, x1 = 0, y1 = 0;
+    *lowest = INFINITY;
+    *highest = -INFINITY;
+    for (; bits; bits &= bits - 1) {
+        const int i = __builtin_ctzll(bits);
+        const int x = i % RF_HIDDEN_BLOCK, y = i / RF_HIDDEN_BLOCK;
+        const float r =
+            radius_of(a, bx * RF_HIDDEN_BLOCK + x, by * RF_HIDDEN_BLOCK + y);
+        *lowest = rf_min_float(r, *lowest);
+        *highest = rf_max_float(r, *highest);
+        x0 = rf_min_int(x, x0);
+        y0 = rf_min_int(y, y0);
+        x1 = rf_max_int(x, x1);
+        y1 = rf_max_int(y, y1);
+    }
+    a->x0 = bx * RF_HIDDEN_BLOCK + x0;
+    a->y0 = by * RF_HIDDEN_BLOCK + y0;
+    a->x1 = bx * RF_HIDDEN_BLOCK + x1;
+    a->y1 = by * RF_HIDDEN_BLOCK + y1;
+}
+
+/* The half of a block that a box is cut by, across its longer side. */
+static uint64_t half_of(const struct asking *a)
+{
+    if (a->y1 - a->y0 >= a->x1 - a->x0) {
+        const int rows = (a->y0 + a->y1) / 2 % RF_HIDDEN_BLOCK + 1;
+        return ((uint64_t)1 << RF_HIDDEN_BLOCK * rows) - 1;
+    }
+    const int columns = (a->x0 + a->x1) / 2 % RF_HIDDEN_BLOCK + 1;
+    return (((uint64_t)1 << columns) - 1) * (UINT64_MAX / ALL_COLUMNS);
+}
+
+/* Those of n pixels that a new hint leaves; `known` is the one that they know. */
+static uint64_t drop_if_new(const struct asking *a, int bx, int by, uint64_t asking,
+                            struct rf_inside_hint *known)
+{
+    const struct rf_inside_hint *hint = a->hint;
+    if (!asking || (hint->x == known->x && hint->y == known->y &&
+                    hint->is_known == known->is_known))
+        return asking;
+    *known = *hint;
+    return rf_inside_drop_hinted(a->s, a->shift, bx, by, asking, a->limit, a->hint);
+}
+
+uint64_t rf_inside_find_met(const struct rf_insides *s, float shift, int bx, int by,
+                            uint64_t asking, float r, struct rf_inside_hint *hint)
+{
+    struct asking a = {.s = s,
+                       .shift = shift,
+                       .limit = rf_min_float(r, 0),
+                       .lowest = INFINITY,
+                       .hint = hint};
+    struct rf_inside_hint known = *hint;
+    float lowest, highest;
+    if (!asking)
+        return 0;
+    set_box(&a, bx, by, asking, &lowest, &highest);
+    if (!(asking & (asking - 1)))
+        return is_pixel_met(&a) ? asking : 0;
+    if (is_box_met(&a, lowest, highest))
+        return asking;
+    const uint64_t half = half_of(&a);
+    asking = drop_if_new(&a, bx, by, asking, &known);
+    const uint64_t met = rf_inside_find_met(s, shift, bx, by, asking & half, r, hint);
+    const uint64_t rest = drop_if_new(&a, bx, by, asking & ~half, &known);
+    return met | rf_inside_find_met(s, shift, bx, by, rest, r, hint);
 }

@@ -40,12 +40,23 @@ struct rf_inside_hint {
     bool is_known;
 };
 
+/* The pixels of block (bx, by) that may be met, bits as in struct rf_inside_edges: where
+ * a surface ends, the ray through the lens' own point comes past it. */
+uint64_t rf_inside_may_be_met(const struct rf_insides *insides, int bx, int by);
+
 /*
- * Have all rays that come to pixel (x, y), which is before the focus, met something
- * before the depth of radius r? It asks nearer to edges than a block can. `shift` is
- * added to all radii. The answer does not depend on the hint.
+ * Have all rays that come to a pixel, which is before the focus, met something before the
+ * depth of radius r? Of those pixels of block (bx, by) that ask, the ones of which that
+ * is so. It asks nearer to edges than a block can.
+ * `shift` is added to all radii. The answer does not depend on the hint.
  */
-bool rf_inside_is_met(const struct rf_insides *insides, float shift, int x, int y,
-                      float r, struct rf_inside_hint *hint);
+uint64_t rf_inside_find_met(const struct rf_insides *insides, float shift, int bx,
+                            int by, uint64_t asking, float r,
+                            struct rf_inside_hint *hint);
+
+/* Those of which the hint does not tell at once that it is not so. */
+uint64_t rf_inside_drop_hinted(const struct rf_insides *insides, float shift, int bx,
+                               int by, uint64_t asking, float r,
+                               struct rf_inside_hint *hint);
 
 #endif
