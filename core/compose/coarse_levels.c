@@ -13,6 +13,7 @@
 #include "base/parallel.h"
 #include "base/pool.h"
 #include "base/task.h"
+#include "compose/close_insides.h"
 #include "compose/composer.h"
 #include "compose/composite_tiles.h"
 #include "compose/levels.h"
@@ -359,13 +360,26 @@ static void merge_cell(const struct rf_composer *c, const struct rf_group *g,
     }
 }
 
+/* Closes the insides of surfaces of a tile of the canvas up to the end of a level. */
+static void close_insides(const struct rf_composer *c, const struct rf_group *g,
+                          int tile, const struct rf_tile_state *s)
+{
+    float inner = rf_level_from(&c->levels, g->level, g->is_near);
+    float outer = c->levels.limit[g->is_near][g->level];
+    rf_close_insides(c, tile % c->canvas.n_x, tile / c->canvas.n_x,
+                     g->is_near ? -2 * outer : inner / 2, g->is_near ? -inner : outer,
+                     s);
+}
+
 /* Adds the sums of a level to a tile of the canvas. */
 static void merge_tile(const struct rf_composer *c, const struct rf_group *g,
-                       const struct level *level, int tile)
+                       const struct level *level, bool is_visible, int tile)
 {
     struct rf_tile_state state = rf_canvas_tile(c, tile);
     for (int cell = 0; cell < c->canvas.n_cells; cell++)
         merge_cell(c, g, level, cell, tile, &state);
+    if (is_visible && c->canvas.is_begun[tile])
+        close_insides(c, g, tile, &state);
 }
 
 static bool allocate_level(const struct rf_composer *c, const struct rf_group *g,
@@ -408,6 +422,7 @@ struct running {
     const struct rf_composer *c;
     const struct rf_group *g;
     struct level level;
+    bool is_visible;
     float *rows; /* n_row floats for each thread */
     size_t n_row;
 };
@@ -443,17 +458,18 @@ static void merge_tiles(void *data, int64_t begin, int64_t end, int thread)
     const struct running *r = data;
     struct rf_task *task = r->c->scene->task;
     for (int64_t i = begin; i < end && !rf_task_is_cancelled(task); i++) {
-        merge_tile(r->c, r->g, &r->level, (int)i);
+        merge_tile(r->c, r->g, &r->level, r->is_visible, (int)i);
         rf_task_step(task);
     }
 }
 
 rf_result rf_run_level(const struct rf_composer *c, const struct rf_group *g,
-                       struct rf_error *error)
+                       bool is_visible, struct rf_error *error)
 {
     const struct rf_context *context = c->context;
     const int64_t n_tiles = (int64_t)g->n_x * g->n_y;
-    struct running r = {.c = c, .g = g, .n_row = 2 * c->canvas.stride};
+    struct running r = {
+        .c = c, .g = g, .is_visible = is_visible, .n_row = 2 * c->canvas.stride};
     struct rf_group full = rf_group_make(c, 0, false);
     bool has_level = allocate_level(c, g, &r.level);
     r.rows = rf_alloc(context, r.n_row * (size_t)context->n_threads, sizeof *r.rows);

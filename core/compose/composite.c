@@ -42,7 +42,6 @@
 #include "base/parallel.h"
 #include "base/pool.h"
 #include "base/task.h"
-#include "compose/close_insides.h"
 #include "compose/coarse_levels.h"
 #include "compose/composer.h"
 #include "compose/composite_tiles.h"
@@ -94,22 +93,6 @@ static void run_full_tiles(void *data, int64_t begin, int64_t end, int thread)
     }
 }
 
-/* Closes the insides of surfaces up to the end of a coarse level, which is in the canvas. */
-static void close_tiles(void *data, int64_t begin, int64_t end, int thread)
-{
-    const struct group_tiles *t = data;
-    const struct rf_composer *c = t->c;
-    float inner = rf_level_from(&c->levels, t->g->level, t->g->is_near);
-    float outer = c->levels.limit[t->g->is_near][t->g->level];
-    float from = t->g->is_near ? -2 * outer : inner / 2;
-    for (int i = (int)begin; i < (int)end; i++) {
-        struct rf_tile_state state = rf_canvas_tile(c, i);
-        if (c->canvas.is_begun[i])
-            rf_close_insides(c, i % c->canvas.n_x, i / c->canvas.n_x, from,
-                             t->g->is_near ? -inner : outer, &state);
-    }
-}
-
 static rf_result run_group(struct rf_composer *c, const struct rf_group *g,
                            bool is_visible, double progress_to, struct rf_error *error)
 {
@@ -122,11 +105,7 @@ static rf_result run_group(struct rf_composer *c, const struct rf_group *g,
     rf_task_phase(task, progress_to,
                   n_tiles + (g->level ? (int64_t)full.n_x * full.n_y : 0));
     if (g->level > 0) {
-        rf_result result = rf_run_level(c, g, error);
-        if (result == RF_OK && is_visible && c->scene->insides)
-            rf_parallel(c->context, (int64_t)full.n_x * full.n_y, RF_EQUAL_PARTS,
-                        close_tiles, &tiles);
-        return result;
+        return rf_run_level(c, g, is_visible, error);
     }
     rf_parallel(c->context, n_tiles, 1, run_full_tiles, &tiles);
     return RF_OK;
