@@ -55,10 +55,19 @@ struct line {
     int first, last; /* lines beside it that begin on the same surface */
     float limit;     /* of luminance, beyond the border */
     float unit;      /* by which luminance is multiplied before it is squared */
+    rf_quad edge;    /* the light of the first one, no brighter than the limit */
     int n_changes;
     /* Half of the mean square by which its pixels differ that are 1 << i px apart, each
      * times `unit`. */
     float change[N_DISTANCES];
+};
+
+/* What a line tells of the lines beside it, so many px beyond the border. */
+struct taken {
+    rf_quad light; /* mirrored */
+    /* Its luminance, in the side's unit, the square of that, how much the line changes
+     * inwards, and 1; of a line that does not tell 0 and 0. */
+    rf_quad facts;
 };
 
 /* One side of the picture: lines of pixels that begin at its border. */
@@ -75,8 +84,8 @@ struct side {
     float unit; /* the least of all lines */
     struct rf_border_radii radii;
     struct rf_outlines outlines;
-    rf_quad *scratch; /* colours: n_scratch for each thread */
-    int *seen;        /* lines: n_scratch for each thread */
+    struct taken *scratch; /* n_scratch for each thread */
+    int *seen;             /* lines: n_scratch for each thread */
     size_t n_scratch;
 };
 
@@ -161,6 +170,28 @@ static float change_of(const struct side *s, int line, int apart)
     return sum / (float)(2 * n_pairs);
 }
 
+/* Where the light of pixel k beyond the border comes from, 1 the nearest. */
+static int mirrored(int k, int run)
+{
+    int i = (k - 1) % (2 * run);
+    return i < run ? i : 2 * run - 1 - i;
+}
+
+/* The light of a line, mirrored to pixel k beyond the border. */
+static rf_quad mirrored_light(const struct side *s, int line, int k)
+{
+    const struct line *l = &s->lines[line];
+    struct place from = place_at(s, line, mirrored(k, l->run));
+    float luminance = *value_at(s, s->pixels->luminance, from);
+    rf_quad c;
+    memcpy(&c, surface_at(s, from)->c, sizeof c);
+    if (luminance > l->limit) {
+        float factor = l->limit / luminance;
+        c *= (rf_quad){factor, factor, factor, 1};
+    }
+    return c;
+}
+
 static void look_inside(void *data, int64_t begin, int64_t end, int thread)
 {
     const struct side *s = data;
@@ -169,6 +200,7 @@ static void look_inside(void *data, int64_t begin, int64_t end, int thread)
         s->lines[i].limit = limit_of(s, i);
         s->lines[i].unit =
             s->lines[i].limit > RF_MOST_TO_SQUARE ? RF_UNIT_TO_SQUARE : 1;
+        s->lines[i].edge = mirrored_light(s, i, 1);
         s->lines[i].n_changes = 0;
         for (int k = 0; k < N_DISTANCES && 2 << k <= s->lines[i].run; k++)
             s->lines[i].change[s->lines[i].n_changes++] = change_of(s, i, 1 << k);
@@ -199,55 +231,36 @@ static void share_unit(struct side *s)
             s->lines[i].change[k] *= s->unit * s->unit;
 }
 
-/* Where the light of pixel k beyond the border comes from, 1 the nearest. */
-static int mirrored(int k, int run)
-{
-    int i = (k - 1) % (2 * run);
-    return i < run ? i : 2 * run - 1 - i;
-}
-
-/* The light of a line, mirrored to pixel k beyond the border. */
-static rf_quad mirrored_light(const struct side *s, int line, int k)
+/* What a line tells `distance` px beyond the border, as a power of two, and pixel k. */
+static struct taken take(const struct side *s, int line, int k, int distance)
 {
     const struct line *l = &s->lines[line];
-    struct place from = place_at(s, line, mirrored(k, l->run));
-    float luminance = *value_at(s, s->pixels->luminance, from);
-    rf_quad c;
-    memcpy(&c, surface_at(s, from)->c, sizeof c);
-    if (luminance > l->limit) {
-        float factor = l->limit / luminance;
-        c *= (rf_quad){factor, factor, factor, 1};
-    }
-    return c;
+    const rf_quad c = mirrored_light(s, line, k);
+    const float luminance = rf_luminance(c[0], c[1], c[2]) * s->unit;
+    const bool tells = l->n_changes > 0;
+    const float change =
+        tells ? l->change[rf_min_int(distance, l->n_changes - 1)] : 0.0f;
+    return (struct taken){c, {luminance, luminance * luminance, change, tells}};
 }
 
-/* What lines beside each other come to, `distance` px beyond the border. */
+/* What lines beside each other come to. */
 struct along {
-    rf_quad sum;
-    float luminance, square, change; /* sums, in the side's unit */
-    int n, n_changes;
+    struct taken sum;
+    int n;
 };
 
-static struct along look_along(const struct side *s, int line, int step, int distance,
-                               const rf_quad *light)
+static struct along look_along(const struct side *s, int line, int step,
+                               const struct taken *taken)
 {
     const struct line *l = &s->lines[line];
     struct along a = {.n = 0};
-    for (int i = -TAPS; i <= TAPS; i++) {
-        int from = line + i * step;
-        if (from < l->first || from > l->last)
-            continue;
-        rf_quad c = light[from];
-        float luminance = rf_luminance(c[0], c[1], c[2]) * s->unit;
-        const struct line *other = &s->lines[from];
-        a.sum += c;
-        a.luminance += luminance;
-        a.square += luminance * luminance;
+    int from = line - TAPS * step, to = rf_min_int(line + TAPS * step, l->last);
+    while (from < l->first)
+        from += step;
+    for (; from <= to; from += step) {
+        a.sum.light += taken[from].light;
+        a.sum.facts += taken[from].facts;
         a.n++;
-        if (other->n_changes > 0) {
-            a.change += other->change[rf_min_int(distance, other->n_changes - 1)];
-            a.n_changes++;
-        }
     }
     return a;
 }
@@ -258,23 +271,21 @@ static struct along look_along(const struct side *s, int line, int step, int dis
  */
 static float correlation_of(const struct along *a)
 {
-    float mean = a->luminance / (float)a->n, square = mean * mean;
-    float variance = rf_max_float(a->square / (float)a->n - square, 0);
-    if (a->n_changes == 0)
+    const rf_quad sum = a->sum.facts;
+    float mean = sum[0] / (float)a->n, square = mean * mean;
+    float variance = rf_max_float(sum[1] / (float)a->n - square, 0);
+    if (sum[3] == 0)
         return 0;
-    return rf_clamp01(1 - a->change / (float)a->n_changes /
-                              (variance + FLAT * (square + FLAT)));
+    return rf_clamp01(1 - sum[2] / sum[3] / (variance + FLAT * (square + FLAT)));
 }
 
-/* The best guess of pixel k beyond the border, by lines that are `step` apart. */
-static rf_quad guessed_light(const struct side *s, int line, int k, int step,
-                             const rf_quad *light)
+/* The best guess of a pixel beyond the border, by lines that are `step` apart. */
+static rf_quad guessed_light(const struct side *s, int line, int step,
+                             const struct taken *taken)
 {
-    int distance = 31 - __builtin_clz((unsigned)k); /* the power of two up to k */
-    struct along a = look_along(s, line, step, distance, light);
-    rf_quad mean = a.sum / (float)a.n;
-    rf_quad edge = mirrored_light(s, line, 1);
-    return mean + correlation_of(&a) * (edge - mean);
+    const struct along a = look_along(s, line, step, taken);
+    const rf_quad mean = a.sum.light / (float)a.n;
+    return mean + correlation_of(&a) * (s->lines[line].edge - mean);
 }
 
 /* Which pixel is this one or, where it lies beyond the border, does it go on from? */
@@ -303,17 +314,18 @@ static void put_pixel(const struct side *s, int line, int k, int seen, rf_quad c
 static void continue_lines(void *data, int64_t begin, int64_t end, int thread)
 {
     const struct side *s = data;
-    rf_quad *light = s->scratch + s->n_scratch * (size_t)thread;
+    struct taken *taken = s->scratch + s->n_scratch * (size_t)thread;
     int *seen = s->seen + s->n_scratch * (size_t)thread;
     for (int k = (int)begin + 1; k <= (int)end; k++) {
         int step = rf_max_int(rf_min_int(2 * k, s->border / 2), 1);
+        int distance = 31 - __builtin_clz((unsigned)k); /* the power of two up to k */
         rf_outlines_at(&s->outlines, &s->radii, k, seen);
         for (int i = 0; i < s->n_lines; i++)
-            light[i] = mirrored_light(s, i, k);
+            taken[i] = take(s, i, k, distance);
         for (int i = 0; i < s->n_lines; i++)
             put_pixel(s, i, k, seen[i],
-                      s->is_mirrored ? light[seen[i]]
-                                     : guessed_light(s, seen[i], k, step, light));
+                      s->is_mirrored ? taken[seen[i]].light
+                                     : guessed_light(s, seen[i], step, taken));
     }
 }
 
