@@ -399,6 +399,7 @@ static struct rf_footprint *pack(struct rf_grid *g, const struct rf_context *con
                 .dx = (int16_t)dx,
                 .dy = (int16_t)dy,
                 .n = (int16_t)padded(last - first + 1),
+                .n_used = (int16_t)(last - first + 1),
                 .cell = (int16_t)cell,
                 .row = cell * RF_TILE_H + dy,
                 .weight = n_weights,

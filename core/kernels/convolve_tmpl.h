@@ -136,13 +136,12 @@ convolve_any(const struct run_planes *run, float *origin, const struct rf_footpr
         if ((unsigned)(y + g->dy) >= RF_TILE_H)
             continue;
         const float *weight = f->weights + g->weight;
-        const int n = rf_min_int(g->n, f->max_dx - g->dx + 1);
         const float *c = run->at[0] + RUN_LEFT + x - g->dx;
         vf sum[RF_MAX_PLANES][VECTORS];
         for (int p = 0; p < n_summed; p++)
             for (int i = 0; i < n_vectors; i++)
                 sum[p][i] = SPLAT(weight[0]) * LOAD(c + RUN_STRIDE * p + LANES * i);
-        for (int k = 1; k < n; k++)
+        for (int k = 1; k < g->n_used; k++)
             for (int p = 0; p < n_summed; p++)
                 for (int i = 0; i < n_vectors; i++)
                     sum[p][i] +=

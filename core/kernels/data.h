@@ -63,6 +63,7 @@ enum {
 struct rf_segment {
     int16_t dx, dy; /* first pixel, relative to the sample's pixel */
     int16_t n;      /* multiple of RF_FOOTPRINT_LANES */
+    int16_t n_used; /* weights, of which nothing but zeros follow */
     int16_t cell;
     int32_t row;    /* of an accumulator: dy after all rows of the cells before */
     int32_t weight; /* index of the first weight */

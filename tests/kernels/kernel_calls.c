@@ -38,6 +38,7 @@ static void make_footprint(struct rf_footprint *f, struct rf_segment *segments,
             .dx = (int16_t)(shift - half),
             .dy = (int16_t)dy,
             .n = (int16_t)((2 * half + n_side_by_side + 7) / 8 * 8),
+            .n_used = (int16_t)(2 * half + 1),
             .cell = (int16_t)(f->is_common ? 2 : f->n_segments % 2),
             .row = (f->is_common ? 2 : f->n_segments % 2) * RF_TILE_H + dy,
             .weight = 24 * (f->n_segments + 1)};
