@@ -33,41 +33,69 @@ static void close_block(const struct rf_composer *c, int x, int y,
         }
 }
 
-/* Is anything of a pixel's T left? */
-static bool is_open(const float *t, size_t plane, int n_cells)
-{
-    for (int cell = 0; cell < n_cells; cell++)
-        if (t[plane * (size_t)cell] > 0)
-            return true;
-    return false;
-}
-
 static void close_pixel(float *t, size_t plane, int n_cells)
 {
     for (int cell = 0; cell < n_cells; cell++)
         t[plane * (size_t)cell] = 0;
 }
 
+/* Bits of a block's pixels on their way: those of each column, of rows 0 to 3 and 4 to 7. */
+struct columns {
+    uint32_t at[2][BLOCK];
+};
+
+/* That of the first column in row y. */
+static uint32_t first_bit(int y)
+{
+    return (uint32_t)1 << BLOCK * (y % 4);
+}
+
+static uint64_t join_columns(const struct columns *columns)
+{
+    uint32_t half[2] = {0, 0};
+    for (int i = 0; i < BLOCK; i++)
+        for (int k = 0; k < 2; k++)
+            half[k] |= columns->at[k][i] << i;
+    return (uint64_t)half[1] << 32 | half[0];
+}
+
 /* Those of some pixels of a block that are between two radii. */
 static uint64_t find_between(const struct rf_insides *s, float shift, int bx, int by,
                              uint64_t bits, float from, float to)
 {
-    static const int bit[BLOCK] = {1, 2, 4, 8, 16, 32, 64, 128};
     const int n_rows = rf_min_int(s->height - by * BLOCK, BLOCK);
     const int n = rf_min_int(s->width - bx * BLOCK, BLOCK);
-    uint64_t found = 0;
+    const uint64_t within = (((uint64_t)1 << n) - 1) * (UINT64_MAX / ALL_COLUMNS);
+    struct columns found = {{{0}}};
     for (int y = 0; y < n_rows; y++) {
+        const float *radius =
+            s->radius + s->stride * (size_t)(by * BLOCK + y) + bx * BLOCK;
+        const uint32_t bit = first_bit(y);
+        for (int i = 0; i < BLOCK; i++) { /* rows have room for whole blocks */
+            const float r = radius[i] + shift;
+            found.at[y / 4][i] |= (r >= from) & (r < to) ? bit : 0;
+        }
+    }
+    return join_columns(&found) & within & bits;
+}
+
+/* Those of some pixels of a block of whose T anything is left; t is that of the first. */
+static uint64_t find_open(const struct rf_tile_state *state, int n_cells,
+                          const float *t, uint64_t bits)
+{
+    struct columns found = {{{0}}};
+    for (int y = 0; y < BLOCK; y++) {
+        const uint32_t bit = first_bit(y);
         if (!(bits >> BLOCK * y & ALL_COLUMNS))
             continue;
-        const float *radius = s->radius + s->stride * (size_t)(by * BLOCK + y);
-        int columns = 0;
-        for (int i = 0; i < BLOCK; i++) { /* rows have room for whole blocks */
-            const float r = radius[bx * BLOCK + i] + shift;
-            columns |= -((r >= from) & (r < to)) & bit[i];
+        for (int cell = 0; cell < n_cells; cell++) {
+            const float *row =
+                t + state->t_plane * (size_t)cell + state->t_row * (size_t)y;
+            for (int i = 0; i < BLOCK; i++)
+                found.at[y / 4][i] |= row[i] > 0 ? bit : 0;
         }
-        found |= (uint64_t)(columns & ((1 << n) - 1)) << BLOCK * y;
     }
-    return found & bits;
+    return join_columns(&found) & bits;
 }
 
 /* Takes the T of those pixels of block (bx, by) that are inside; t is that of its first
@@ -79,19 +107,14 @@ static void close_pixels(const struct rf_composer *c, int bx, int by, float from
     const struct rf_insides *s = c->scene->insides;
     const float shift = c->scene->radius_shift;
     const int n_cells = c->canvas.n_cells;
-    uint64_t open = 0, met;
-    uint64_t bits = rf_inside_may_be_met(s, bx, by);
+    uint64_t bits = rf_inside_may_be_met(s, shift, bx, by, r);
     if (bits)
         bits = find_between(s, shift, bx, by, bits, from, rf_min_float(r, 0));
     if (bits)
         bits = rf_inside_drop_hinted(s, shift, bx, by, bits, r, hint);
-    for (uint64_t rest = bits; rest; rest &= rest - 1) {
-        const int i = __builtin_ctzll(rest);
-        if (is_open(t + state->t_row * (size_t)(i / BLOCK) + i % BLOCK, state->t_plane,
-                    n_cells))
-            open |= rest & -rest;
-    }
-    met = open ? rf_inside_find_met(s, shift, bx, by, open, r, hint) : 0;
+    if (bits)
+        bits = find_open(state, n_cells, t, bits);
+    uint64_t met = bits ? rf_inside_find_met(s, shift, bx, by, bits, r, hint) : 0;
     for (; met; met &= met - 1) {
         const int i = __builtin_ctzll(met);
         close_pixel(t + state->t_row * (size_t)(i / BLOCK) + i % BLOCK, state->t_plane,

@@ -212,22 +212,37 @@ static bool take_pixels(struct asking *a, int bx, int by)
 static bool take_block(struct asking *a, int bx, int by)
 {
     const struct rf_hidden_facts *block = &a->s->blocks[by * a->s->n_x + bx];
-    const struct box all = block_of(a, bx, by);
+    const bool has_edges = a->s->edges[by * a->s->n_x + bx].bits != 0;
     const float lowest = block->lowest + a->shift;
-    if (!(lowest < 0) || !may_reach(a, &all, lowest))
+    const bool is_met = block->highest + a->shift < a->limit;
+    if (!(lowest < 0) || (!has_edges && is_met && lowest >= a->lowest))
+        return true; /* nothing that is not known */
+    const struct box all = block_of(a, bx, by);
+    if (!may_reach(a, &all, lowest))
         return true;
-    if (a->s->edges[by * a->s->n_x + bx].bits)
+    if (has_edges)
         return !has_passage(a, bx, by) && take_pixels(a, bx, by);
     a->lowest = rf_min_float(lowest, a->lowest);
-    return block->highest + a->shift < a->limit;
+    return is_met;
+}
+
+/* Pixels looked at to each side for what lies within `reach`. */
+static int pixels_within(float reach)
+{
+    return (int)reach + 1;
+}
+
+/* So many pixels along the picture's sides see beyond what was taken. */
+static int margin_of(const struct rf_insides *s, float reach)
+{
+    return s->border > 0 ? s->border + pixels_within(reach) : 0;
 }
 
 /* Do all rays meet something before the limit, of what lies within `reach`? */
 static bool are_met(struct asking *a, float reach)
 {
     const struct rf_insides *s = a->s;
-    const int n = (int)reach + 1;
-    const int least = s->border > 0 ? s->border + n : 0;
+    const int n = pixels_within(reach), least = margin_of(s, reach);
     if (rf_min_int(a->x0, a->y0) < least || a->x1 >= s->width - least ||
         a->y1 >= s->height - least)
         return false;
@@ -327,37 +342,50 @@ uint64_t rf_inside_drop_hinted(const struct rf_insides *s, float shift, int bx, 
     return asking;
 }
 
-uint64_t rf_inside_may_be_met(const struct rf_insides *s, int bx, int by)
+uint64_t rf_inside_may_be_met(const struct rf_insides *s, float shift, int bx, int by,
+                              float r)
 {
+    const uint64_t edges = s->edges[by * s->n_x + bx].bits;
     for (int k = 0; k < 4; k++)
         if (!(s->reach.from[k] <= 0 && s->reach.to[k] >= 0))
             return UINT64_MAX;
-    return ~s->edges[by * s->n_x + bx].bits;
+    if (edges || s->blocks[by * s->n_x + bx].highest + shift < rf_min_float(r, 0))
+        return ~edges;
+    return 0;
 }
 
-/* Of the pixels of some bits, where they lie and what radii they have. */
-static void set_box(struct asking *a, int bx, int by, uint64_t bits, float *lowest,
-                    float *highest)
+/* The radii of pixels of a block. */
+struct radii {
+    float lowest, highest;
+};
+
+static struct radii radii_of(const struct asking *a, int bx, int by, uint64_t bits)
 {
-    int x0 = RF_HIDDEN_BLOCK, y0 = RF_HIDDEN_BLOCK, x1 = 0, y1 = 0;
-    *lowest = INFINITY;
-    *highest = -INFINITY;
+    const struct rf_hidden_facts *block = &a->s->blocks[by * a->s->n_x + bx];
+    struct radii radii = {block->lowest + a->shift, block->highest + a->shift};
+    if (!a->s->edges[by * a->s->n_x + bx].bits)
+        return radii;
+    radii = (struct radii){INFINITY, -INFINITY};
     for (; bits; bits &= bits - 1) {
         const int i = __builtin_ctzll(bits);
-        const int x = i % RF_HIDDEN_BLOCK, y = i / RF_HIDDEN_BLOCK;
-        const float r =
-            radius_of(a, bx * RF_HIDDEN_BLOCK + x, by * RF_HIDDEN_BLOCK + y);
-        *lowest = rf_min_float(r, *lowest);
-        *highest = rf_max_float(r, *highest);
-        x0 = rf_min_int(x, x0);
-        y0 = rf_min_int(y, y0);
-        x1 = rf_max_int(x, x1);
-        y1 = rf_max_int(y, y1);
+        const float r = radius_of(a, bx * RF_HIDDEN_BLOCK + i % RF_HIDDEN_BLOCK,
+                                  by * RF_HIDDEN_BLOCK + i / RF_HIDDEN_BLOCK);
+        radii.lowest = rf_min_float(r, radii.lowest);
+        radii.highest = rf_max_float(r, radii.highest);
     }
-    a->x0 = bx * RF_HIDDEN_BLOCK + x0;
-    a->y0 = by * RF_HIDDEN_BLOCK + y0;
-    a->x1 = bx * RF_HIDDEN_BLOCK + x1;
-    a->y1 = by * RF_HIDDEN_BLOCK + y1;
+    return radii;
+}
+
+/* Around the pixels of some bits. */
+static void set_box(struct asking *a, int bx, int by, uint64_t bits)
+{
+    uint64_t columns = bits | bits >> 32;
+    columns |= columns >> 16;
+    columns = (columns | columns >> 8) & ALL_COLUMNS;
+    a->x0 = bx * RF_HIDDEN_BLOCK + __builtin_ctzll(columns);
+    a->x1 = bx * RF_HIDDEN_BLOCK + 63 - __builtin_clzll(columns);
+    a->y0 = by * RF_HIDDEN_BLOCK + __builtin_ctzll(bits) / RF_HIDDEN_BLOCK;
+    a->y1 = by * RF_HIDDEN_BLOCK + (63 - __builtin_clzll(bits)) / RF_HIDDEN_BLOCK;
 }
 
 /* The half of a block that a box is cut by, across its longer side. */
@@ -383,26 +411,49 @@ static uint64_t drop_if_new(const struct asking *a, int bx, int by, uint64_t ask
     return rf_inside_drop_hinted(a->s, a->shift, bx, by, asking, a->limit, a->hint);
 }
 
+/* The pixels of a block but for a margin along the picture's sides. */
+static uint64_t inner_pixels(const struct rf_insides *s, int bx, int by, int margin)
+{
+    const int x0 = margin - bx * RF_HIDDEN_BLOCK, y0 = margin - by * RF_HIDDEN_BLOCK;
+    const int x1 = s->width - x0 - 2 * bx * RF_HIDDEN_BLOCK;
+    const int y1 = s->height - y0 - 2 * by * RF_HIDDEN_BLOCK;
+    uint64_t inner = 0;
+    int columns = 0;
+    for (int i = 0; i < RF_HIDDEN_BLOCK; i++)
+        columns |= (i >= x0 && i < x1) << i;
+    for (int i = 0; i < RF_HIDDEN_BLOCK; i++)
+        if (i >= y0 && i < y1)
+            inner |= (uint64_t)columns << RF_HIDDEN_BLOCK * i;
+    return inner;
+}
+
+static uint64_t find_met(struct asking *a, int bx, int by, uint64_t asking)
+{
+    struct rf_inside_hint known = *a->hint;
+    if (!asking)
+        return 0;
+    set_box(a, bx, by, asking);
+    a->lowest = INFINITY;
+    if (!(asking & (asking - 1)))
+        return is_pixel_met(a) ? asking : 0;
+    const struct radii radii = radii_of(a, bx, by, asking);
+    if (is_box_met(a, radii.lowest, radii.highest))
+        return asking;
+    const uint64_t half = half_of(a);
+    asking = drop_if_new(a, bx, by, asking, &known);
+    const uint64_t met = find_met(a, bx, by, asking & half);
+    const uint64_t rest = drop_if_new(a, bx, by, asking & ~half, &known);
+    return met | find_met(a, bx, by, rest);
+}
+
 uint64_t rf_inside_find_met(const struct rf_insides *s, float shift, int bx, int by,
                             uint64_t asking, float r, struct rf_inside_hint *hint)
 {
-    struct asking a = {.s = s,
-                       .shift = shift,
-                       .limit = rf_min_float(r, 0),
-                       .lowest = INFINITY,
-                       .hint = hint};
-    struct rf_inside_hint known = *hint;
-    float lowest, highest;
-    if (!asking)
-        return 0;
-    set_box(&a, bx, by, asking, &lowest, &highest);
-    if (!(asking & (asking - 1)))
-        return is_pixel_met(&a) ? asking : 0;
-    if (is_box_met(&a, lowest, highest))
-        return asking;
-    const uint64_t half = half_of(&a);
-    asking = drop_if_new(&a, bx, by, asking, &known);
-    const uint64_t met = rf_inside_find_met(s, shift, bx, by, asking & half, r, hint);
-    const uint64_t rest = drop_if_new(&a, bx, by, asking & ~half, &known);
-    return met | rf_inside_find_met(s, shift, bx, by, rest, r, hint);
+    struct asking a = {
+        .s = s, .shift = shift, .limit = rf_min_float(r, 0), .hint = hint};
+    const struct radii radii = radii_of(&a, bx, by, asking);
+    const float reach = MORE * reach_at(&a, rf_min_float(radii.highest, 0));
+    if (s->border > 0 && reach <= MOST_REACH * RF_HIDDEN_BLOCK)
+        asking &= inner_pixels(s, bx, by, margin_of(s, reach));
+    return find_met(&a, bx, by, asking);
 }

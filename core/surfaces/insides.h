@@ -40,9 +40,13 @@ struct rf_inside_hint {
     bool is_known;
 };
 
-/* The pixels of block (bx, by) that may be met, bits as in struct rf_inside_edges: where
- * a surface ends, the ray through the lens' own point comes past it. */
-uint64_t rf_inside_may_be_met(const struct rf_insides *insides, int bx, int by);
+/*
+ * The pixels of block (bx, by) that may be met before radius r, bits as in struct
+ * rf_inside_edges: where a surface ends, the ray through the lens' own point comes past
+ * it; where a block without an end goes on beyond r, it may come there.
+ */
+uint64_t rf_inside_may_be_met(const struct rf_insides *insides, float shift, int bx,
+                              int by, float r);
 
 /*
  * Have all rays that come to a pixel, which is before the focus, met something before the
