@@ -229,7 +229,7 @@ struct between {
 static struct between between_at(int x, int level, int n)
 {
     int size = 2 << level, at = 2 * x + 1 - size / 2; /* in units of 1 / size */
-    int low = (at + size) / size - 1;
+    int low = ((at + size) >> (level + 1)) - 1;       /* rounded down: at > -size */
     return (struct between){rf_max_int(low, 0), rf_min_int(low + 1, n - 1),
                             (float)(at - low * size) / (float)size};
 }

@@ -144,6 +144,27 @@ static inline void add_slant(struct block_sum *sum, float w, int slant)
         sum->slope[k] += w * slope[k];
 }
 
+/* A slant, and its slope. */
+struct slope {
+    int slant;
+    float at[2];
+};
+
+/* The same of n surfaces of a row; many in turn have one slant, that of `last`. */
+static inline void add_slants(struct block_sum *sum, const int16_t *slants, int n,
+                              struct slope *last)
+{
+    for (int i = 0; i < n; i++) {
+        if (slants[i] == 0)
+            continue;
+        if (slants[i] != last->slant)
+            rf_slant_slope(slants[i], last->at);
+        last->slant = slants[i];
+        for (int k = 0; k < 2; k++)
+            sum->slope[k] += last->at[k];
+    }
+}
+
 /* Adds an item of a coarse level; the surfaces of a run block by block. */
 static void reduce_item(const struct builder *b, struct worker *w,
                         const struct part *part, int level, uint64_t item)
@@ -163,12 +184,12 @@ static void reduce_item(const struct builder *b, struct worker *w,
         w->items.has_slants ? w->items.slants + RF_TILE_W * y : NULL;
     int first = ((w->items.surfaces.y + y) >> level) - part->y0;
     first = (first * part->width + (x >> level)) * RF_N_KINDS + RF_SHARP;
+    struct slope last = {0, {0, 0}};
     for (int block = first; x < end; block += RF_N_KINDS) {
         int stop = rf_min_int(((x >> level) + 1) << level, end);
         add_surfaces(sum_at(&w->reducer, block), row + x, stop - x);
-        for (int i = x; i < stop && slants; i++)
-            if (slants[i])
-                add_slant(&w->reducer.sum[block], 1, slants[i]);
+        if (slants)
+            add_slants(&w->reducer.sum[block], slants + x, stop - x, &last);
         x = stop;
     }
 }

@@ -117,8 +117,10 @@ static float radius_at(const struct side *s, int line, int i)
 
 static int run_of(const struct side *s, int line)
 {
+    const float *radius = value_at(s, s->pixels->radius, place_at(s, line, 0));
+    const ptrdiff_t step = s->radii.inwards;
     for (int i = 1; i < s->depth; i++)
-        if (!rf_is_same_surface(radius_at(s, line, i), radius_at(s, line, i - 1)))
+        if (!rf_is_same_surface(radius[step * i], radius[step * (i - 1)]))
             return rf_max_int(i - RIM, 1);
     return s->depth;
 }
@@ -127,14 +129,16 @@ static int run_of(const struct side *s, int line)
  * the first one and may hide more of its light? */
 static bool is_mostly_brighter(const struct side *s, int line, int n, float limit)
 {
-    const float nearest = radius_at(s, line, 0) - NEARER_PX;
+    const struct place first = place_at(s, line, 0);
+    const float *radius = value_at(s, s->pixels->radius, first);
+    const float *luminance = value_at(s, s->pixels->luminance, first);
+    const ptrdiff_t step = s->radii.inwards;
+    const float nearest = radius[0] - NEARER_PX;
     int n_seen = 0, n_brighter = 0;
     for (int i = 0; i < n; i++) {
-        const struct place p = place_at(s, line, i);
-        if (*value_at(s, s->pixels->radius, p) < nearest)
-            continue;
-        n_seen++;
-        n_brighter += *value_at(s, s->pixels->luminance, p) > limit;
+        const bool is_seen = !(radius[step * i] < nearest);
+        n_seen += is_seen;
+        n_brighter += is_seen & (luminance[step * i] > limit);
     }
     return n_seen >= ENOUGH && n_brighter > n_seen / 2;
 }
