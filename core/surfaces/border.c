@@ -125,8 +125,16 @@ static int run_of(const struct side *s, int line)
     return s->depth;
 }
 
-/* Are more than half of a line's first n pixels brighter, but for what stands before
- * the first one and may hide more of its light? */
+static bool is_in_frame(const struct side *s, int row)
+{
+    return row >= s->top && row < s->top + s->height;
+}
+
+/*
+ * Are more than half of a line's first n pixels brighter, but for what stands before the
+ * first one and may hide more of its light? What continues the picture already is dimmed
+ * as it is to be: of that a pixel is enough.
+ */
 static bool is_mostly_brighter(const struct side *s, int line, int n, float limit)
 {
     const struct place first = place_at(s, line, 0);
@@ -140,7 +148,8 @@ static bool is_mostly_brighter(const struct side *s, int line, int n, float limi
         n_seen += is_seen;
         n_brighter += is_seen & (luminance[step * i] > limit);
     }
-    return n_seen >= ENOUGH && n_brighter > n_seen / 2;
+    const int enough = s->is_column || is_in_frame(s, line) ? ENOUGH : 1;
+    return n_seen >= enough && n_brighter > n_seen / 2;
 }
 
 /* Two to four times the median luminance of a line's first pixels, or LEAST_LIMIT. */
@@ -296,8 +305,7 @@ static rf_quad guessed_light(const struct side *s, int line, int step,
 static size_t source_at(const struct side *s, struct place p)
 {
     size_t i = (size_t)p.y * (size_t)s->pixels->width + (size_t)p.x;
-    bool is_inside = s->is_column || (p.y >= s->top && p.y < s->top + s->height);
-    return is_inside ? i : s->pixels->source[i];
+    return s->is_column || is_in_frame(s, p.y) ? i : s->pixels->source[i];
 }
 
 /* Gives pixel k beyond the border this light and the radius of the edge of a line. */
