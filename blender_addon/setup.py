@@ -479,6 +479,8 @@ RENDER_SETTINGS = (
     "views_format",
     "frame_map_old",
     "frame_map_new",
+    "fps",  # Geometry Nodes know seconds; cameras and what they focus on may hang on them
+    "fps_base",
 )
 MOST_OF_NAME = 48  # characters; Blender cuts names at 63 bytes and may add .001
 VIEW_SETTINGS = ("name", "use", "camera_suffix", "file_suffix")
@@ -618,6 +620,7 @@ def sync(scene):
         return
     for name in RENDER_SETTINGS:
         set_if_other(ours.render, name, getattr(scene.render, name))
+    set_if_other(ours, "active_clip", scene.active_clip)  # solved cameras follow it
     follow_subframe(scene, ours)
     _sync_views(scene.render, ours.render)
     _sync_cameras(scene, ours)

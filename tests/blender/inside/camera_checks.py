@@ -4,6 +4,7 @@
 camera_checks.py DIST OUT [CHECK ...]    writes OUT/camera_results.json
 """
 
+import math
 import sys
 from pathlib import Path
 
@@ -315,6 +316,86 @@ def views_one_after_another_with_motion_blur_and_layers():
     bpy.ops.render.render()
     assert not last_message(scene), last_message(scene)
     assert len({place.offset for _, place in kept(scene)}) == 3
+
+
+def solve(scene):
+    """Solves the camera of a clip, the scene's active one, that moves sideways."""
+    image = bpy.data.images.new("clip", 72, 48)
+    image.filepath_raw, image.file_format = str(checking.OUT / "clip.png"), "PNG"
+    image.save()
+    clip = scene.active_clip = bpy.data.movieclips.load(image.filepath_raw)
+    tracked = clip.tracking.objects[0]
+    rng = np.random.default_rng(1)
+    for x, y, depth in rng.uniform((-1, -0.6, 3), (1, 0.6, 8), (16, 3)):
+        track = tracked.tracks.new(name="t", frame=1)
+        for frame in range(1, 21):
+            right, up = x - 0.05 * frame, y - 0.02 * math.sin(frame)
+            at = np.array((right, 1.5 * up)) / (depth + 0.03 * frame)
+            track.markers.insert_frame(frame, co=at * 50 / 36 + 0.5)
+    clip.tracking.camera.sensor_width, clip.tracking.camera.focal_length = 36, 50
+    tracked.keyframe_a, tracked.keyframe_b = 1, 20
+    window = bpy.context.window_manager.windows[0]
+    area = window.screen.areas[0]
+    area.type = "CLIP_EDITOR"
+    area.spaces[0].clip = clip
+    about = {"area": area, "region": area.regions[-1], "space_data": area.spaces[0]}
+    with bpy.context.temp_override(window=window, **about):
+        assert bpy.ops.clip.solve_camera() == {"FINISHED"}
+
+
+def go_by_seconds(item):
+    """Geometry Nodes move a mesh by 0.1 a second along x."""
+    tree = bpy.data.node_groups.new("seconds", "GeometryNodeTree")
+    for way in ("INPUT", "OUTPUT"):
+        kind = "NodeSocketGeometry"
+        tree.interface.new_socket("Geometry", in_out=way, socket_type=kind)
+    time, move = (
+        tree.nodes.new(f"GeometryNode{kind}")
+        for kind in ("InputSceneTime", "SetPosition")
+    )
+    scale = tree.nodes.new("ShaderNodeCombineXYZ")
+    first, last = (tree.nodes.new(f"NodeGroup{kind}") for kind in ("Input", "Output"))
+    for source, target in (
+        (time.outputs["Seconds"], scale.inputs[1]),
+        (scale.outputs[0], move.inputs["Offset"]),
+        (first.outputs[0], move.inputs[0]),
+        (move.outputs[0], last.inputs[0]),
+    ):
+        tree.links.new(source, target)
+    item.modifiers.new("seconds", "NODES").node_group = tree
+
+
+@check
+def a_focus_that_hangs_on_the_scene():
+    """By a camera that was solved, which follows the active clip; by seconds."""
+    scene, data = start()
+    target = bpy.data.objects.new("Target", None)
+    scene.collection.objects.link(target)
+    scene.frame_set(15)
+
+    def is_right(distance):
+        data.dof.focus_object = target
+        made = shot(scene, "hang0.exr")
+        data.dof.focus_object, data.dof.focus_distance = None, distance
+        found = tpsnr(made, shot(scene, "hang1.exr"))
+        assert found > 60, (distance, found)
+
+    if V >= (4, 2, 0):  # with other sockets of groups before
+        target.parent, target.parent_type = meshes(scene)[0], "VERTEX"
+        go_by_seconds(target.parent)
+        scene.render.fps = 5  # 3 s
+        bpy.context.view_layer.update()
+        is_right(target.matrix_world.translation.y - scene.camera.location.y)
+        target.parent = None
+    solve(scene)
+    target.location = 0, 3, 0
+    scene.camera.constraints.new("CAMERA_SOLVER").use_active_clip = True
+    data.dof.focus_object = target
+    scene.frame_set(15)
+    away = target.matrix_world.translation - scene.camera.matrix_world.translation
+    back = scene.camera.matrix_world.to_3x3().col[2]
+    assert away.dot(back) < -0.1, (away, back)
+    is_right(-away.dot(back))
 
 
 checking.run(check, "camera_results.json")
