@@ -42,8 +42,14 @@ def first_view(render):
 
 
 def cameras_of(scene):
-    """All camera objects that a render of the scene may look through."""
+    """All camera objects that a render of the scene may look through.
+
+    Those of strips where they may be ticked: to look at 2000 strips takes 3 ms.
+    """
     cameras = {scene.camera, *(marker.camera for marker in scene.timeline_markers)}
+    known = {camera.data for camera in cameras if camera is not None}
+    if any(c.rack_focus.enabled for c in bpy.data.cameras if c not in known):
+        cameras |= {strip.scene_camera for _, strip in strips_of(scene)}
     found = set()
     for camera in cameras:
         if camera is not None and camera.type == "CAMERA":
@@ -56,12 +62,14 @@ def camera_of(scene):
 
     Blender renders through any object that is the scene's camera, or bound to a marker.
     """
-    camera = scene.camera
+    camera = camera_of_strip(scene) or scene.camera
     return camera if camera is not None and camera.type == "CAMERA" else None
 
 
 def camera_at(scene, frame):
-    """The camera of a frame; those bound to markers count."""
+    """The camera of a frame; those of a strip, and bound to markers, count."""
+    if camera_of_strip(scene) is not None:
+        return camera_of_strip(scene)
     markers = [m for m in scene.timeline_markers if m.camera]
     markers = [m for m in markers if not m.camera.hide_render]  # Blender skips those
     bound = [m for m in markers if m.frame <= frame]
@@ -78,6 +86,59 @@ NO_CAMERA = types.SimpleNamespace(
 def settings_of(item):
     """What an object that is rendered through asks for: nothing where it is no camera."""
     return item.data.rack_focus if item.type == "CAMERA" else NO_CAMERA
+
+
+# ---- those of strips ----------------------------------------------------------------
+
+# scene name: camera of the strip by which a render shows the scene; None: Blender renders
+# it through one of several, and tells nobody which
+_of_strips = {}
+
+
+def strips_of(scene):
+    """(scene of the sequencer, strip) of strips that show a scene through a camera."""
+    for edit in bpy.data.scenes:
+        editor = edit.sequence_editor
+        if editor is None:
+            continue
+        is_new = hasattr(editor, "strips_all")
+        for strip in editor.strips_all if is_new else editor.sequences_all:
+            is_scene = strip.type == "SCENE" and strip.scene_input == "CAMERA"
+            if is_scene and strip.scene == scene and not strip.mute:
+                yield edit, strip
+
+
+def note_strips(scene, rendered):
+    """A scene is about to be rendered; rendered: names of scenes that are, it too."""
+    _of_strips.pop(scene.name, None)
+    seen = {
+        strip.scene_camera
+        for edit, strip in strips_of(scene)
+        if edit != scene and edit.name in rendered and edit.render.use_sequencer
+        if strip.frame_final_start <= edit.frame_current < strip.frame_final_end
+    }
+    if seen - {None}:
+        _of_strips[scene.name] = seen.pop() if len(seen) == 1 else None
+
+
+def forget_strips(scene=None):
+    """A scene, or any, is not rendered any more."""
+    _of_strips.clear() if scene is None else _of_strips.pop(scene.name, None)
+
+
+def camera_of_strip(scene):
+    """The camera that the strip has by which the scene is rendered now, or None."""
+    return _of_strips.get(scene.name)
+
+
+def why_unknown(scene):
+    """Why nobody knows what a scene is rendered through, in the artist's words, or ""."""
+    if _of_strips.get(scene.name, scene) is not None:
+        return ""
+    return (
+        "several strips show the scene through several cameras in one frame: give each "
+        "of them a scene of its own (a linked copy)"
+    )
 
 
 # ---- their own depth of field -------------------------------------------------------

@@ -358,6 +358,7 @@ class RackFocusEngine(bpy.types.RenderEngine):
             settings = camera_objects.settings_of(frame.camera)
             # After the node's button a refocus follows, which filters.
             is_final = bpy.app.background or source.name not in alone
+            is_final = is_final and not camera_objects.why_unknown(source)
             if settings.enabled and is_final and not self.is_broken:
                 limit_px = self._filter(
                     frame, found, settings, scene, (picture, coc), seconds, scale

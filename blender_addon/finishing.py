@@ -86,7 +86,7 @@ def samples_of(scene):
     """Samples of the own lens that every render of a scene has, or 0."""
     if why_not(scene):
         return 0
-    settings = scene.camera.data.rack_focus
+    settings = camera_objects.camera_of(scene).data.rack_focus
     return settings.finish_samples if settings.use_finish else 0
 
 
@@ -150,7 +150,7 @@ def make_copy(scene, new_copy, samples):
 
 def _key(scene):
     """What the render depends on that a refocus may change."""
-    camera = scene.camera
+    camera = camera_objects.camera_of(scene)
     try:
         params = lens.camera_parameters(camera, scene.render)
     except lens.CameraError:

@@ -73,6 +73,7 @@ def _begin(scene):
     for one in strips.linked_in(scene):
         failures.say(one, f"{setup.why_not(one)}: the picture is not filtered")
     if scene in setup.user_scenes():
+        camera_objects.note_strips(scene, engine.rendering)
         try:
             _prepare(scene)
         except Exception as error:
@@ -94,10 +95,6 @@ def _prepare(scene):
         mirrors.need_passes(one)
         shares.need_pass(one)
         freestyle.need_pass(one)
-    for one in strips.scenes_in(scene):
-        reason = strips.why_one_view(scene, one)
-        if reason:
-            failures.note(one, reason, is_failure=False)
     if setup.filter_scene_of(scene) is not None:
         for node in group.nodes_of(scene):
             group.make_ready(node.node_tree, *lens.picture_size(scene.render))
@@ -106,7 +103,7 @@ def _prepare(scene):
         shown = strips.why_shown(scene)
         if shown and len(engine.rendering) == 1:  # else it is a strip of another scene
             failures.note(scene, shown, is_failure=False)
-        reason = setup.why_not(scene)
+        reason = setup.why_not(scene) or camera_objects.why_unknown(scene)
         if reason:
             failures.note(scene, f"{reason}: the picture is not filtered")
         else:
@@ -167,6 +164,7 @@ def _finish(scene):
     if views.is_active(scene):
         views.end(scene)
     park.restore(scene)
+    camera_objects.forget_strips(scene)
 
 
 @persistent
@@ -265,6 +263,7 @@ def on_load(*_):
     """A file that was saved in the middle of a render opens as it was before."""
     engine.rendering.clear()
     engine.last_run.clear()
+    camera_objects.forget_strips()
     failures.told.clear()
     bodies.forget()
     names.forget()

@@ -487,8 +487,10 @@ VIEW_SETTINGS = ("name", "use", "camera_suffix", "file_suffix")
 
 
 def _sync_cameras(scene, ours):
-    set_if_other(ours, "camera", scene.camera)
-    bound = [(m.frame, m.camera) for m in scene.timeline_markers if m.camera]
+    shown = camera_objects.camera_of_strip(scene)
+    set_if_other(ours, "camera", shown or scene.camera)
+    markers = scene.timeline_markers if shown is None else ()
+    bound = [(m.frame, m.camera) for m in markers if m.camera]
     if [(m.frame, m.camera) for m in ours.timeline_markers] == bound:
         return
     ours.timeline_markers.clear()

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Strips in a scene's sequencer, which Blender shows in the place of its camera.
 
-Those of other scenes are filtered. Blender tells nobody that their render begins: one view
-is rendered.
+Those of other scenes are filtered as by F12 there, through the camera that the strip has
+(camera_objects.py).
 """
 
-from . import camera_objects, compat, setup
+from . import compat, setup
 
 
 def why_shown(scene):
@@ -31,12 +31,6 @@ def _seen_in(scene):
     return {s.scene for s in strips if s.type == "SCENE" and not s.mute} - {None}
 
 
-def scenes_in(scene):
-    """Those of them that are set up."""
-    seen = _seen_in(scene)
-    return [s for s in setup.user_scenes() if s in seen and setup.filter_scene_of(s)]
-
-
 def linked_in(scene):
     """Scenes of other files that a render of a scene shows, itself too, and are ticked.
 
@@ -44,14 +38,3 @@ def linked_in(scene):
     """
     linked = [s for s in (scene, *_seen_in(scene)) if s.library is not None]
     return [s for s in linked if setup.is_wanted(s)]
-
-
-def why_one_view(scene, shown):
-    """What is said of a scene, shown as a strip of another one, that wants more; or ""."""
-    wanted = [c.data.rack_focus for c in camera_objects.cameras_of(shown)]
-    if not any(s.enabled and (s.views > 1 or s.supersample > 1) for s in wanted):
-        return ""
-    return (
-        f"as a strip of scene “{scene.name}” it is rendered in one view, without "
-        "Supersample: for more, render it by itself, and take its pictures as the strip"
-    )

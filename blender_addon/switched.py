@@ -9,6 +9,8 @@ one. Cameras that are bound to markers come from these.
 
 import bpy
 
+from . import camera_objects
+
 
 def be_last(handlers):
     """Calls ours after those of the file's scripts; handlers: (name, function) each."""
@@ -29,8 +31,10 @@ def other_camera(ours, camera):
     camera: of the frame, where copies rendered its views, else None.
     """
     source = ours.rack_focus.source.original
-    camera = camera or source.camera
-    return None if _has_markers(source) or camera == ours.camera else camera
+    shown = camera_objects.camera_of_strip(source)
+    camera = shown or camera or source.camera
+    is_bound = shown is None and _has_markers(source)
+    return None if is_bound or camera == ours.camera else camera
 
 
 def chosen(source, copy, expected, noted):

@@ -14,7 +14,7 @@ from mathutils import Vector
 
 sys.path.insert(0, str(Path(__file__).parent))
 import checking  # noqa: E402
-from checking import Checks, key_focus, shot  # noqa: E402
+from checking import Checks, heard, key_focus, shot  # noqa: E402
 from common import (  # noqa: E402
     V,
     addon,
@@ -27,6 +27,7 @@ from common import (  # noqa: E402
     unchanged,
 )
 
+KEEP_SHARP = "Objects are kept sharp with one view only."
 SPREAD = {"views": 3, "method": "accumulate", "shutter_spread": True}
 # Together, with the tiny lens of few samples, parts of pixels, one after another.
 WAYS = (
@@ -316,6 +317,46 @@ def views_one_after_another_with_motion_blur_and_layers():
     bpy.ops.render.render()
     assert not last_message(scene), last_message(scene)
     assert len({place.offset for _, place in kept(scene)}) == 3
+
+
+def strips_of_new_scene():
+    """(a scene of one frame, its strips)."""
+    edit = bpy.data.scenes.new("Edit")
+    edit.render.resolution_x, edit.render.resolution_y = 72, 48
+    edit.view_settings.view_transform = "Raw"
+    edit.frame_start = edit.frame_end = edit.frame_current = 1
+    editor = edit.sequence_editor_create()
+    return edit, editor.strips if hasattr(editor, "strips") else editor.sequences
+
+
+@check
+def a_scene_strip():
+    """As by F12, through the camera of the strip; of several in one frame it is told."""
+    scene, data = start(supersample=2)
+    other, first = scene.camera.copy(), scene.camera
+    other.data = data.copy()
+    other.location.x, other.data.dof.focus_distance = 0.5, 8
+    scene.collection.objects.link(other)
+    min(meshes(scene), key=lambda o: o.location.y).rack_focus_keep_sharp = True
+    data.rack_focus.enabled = False  # the strip's camera alone has it
+    edit, strips = strips_of_new_scene()
+    strips.new_scene("A", scene, 1, 1).scene_camera = other
+    bpy.context.view_layer.update()
+    for settings in ({}, {"views": 3, "supersample": 1}):
+        for name, value in settings.items():
+            setattr(other.data.rack_focus, name, value)
+        scene.camera = other
+        wanted = shot(scene, "strip0.exr")
+        scene.camera = first
+        made = shot(edit, "strip1.exr")
+        assert tpsnr(made, wanted) > 60, (settings, tpsnr(made, wanted))
+        assert last_message(scene) in ("", KEEP_SHARP), last_message(scene)
+    strips.new_scene("B", scene, 2, 1).scene_camera = first
+    with heard() as said:
+        made = shot(edit, "strip1.exr")
+    assert "through several cameras" in said.getvalue(), said.getvalue()
+    data.rack_focus.enabled = other.data.rack_focus.enabled = False
+    assert tpsnr(made, shot(edit, "strip0.exr")) > 60  # without Rack Focus
 
 
 def solve(scene):

@@ -425,33 +425,6 @@ def one_view_layer_is_rendered():
         assert not last_message(scene), last_message(scene)
 
 
-@check
-def a_scene_strip():
-    """It is filtered, with objects kept sharp too; for one view it says so."""
-    scene, data = start()
-    edit = bpy.data.scenes.new("Edit")
-    edit.render.resolution_x, edit.render.resolution_y = 72, 48
-    edit.view_settings.view_transform = "Raw"
-    edit.frame_start = edit.frame_end = edit.frame_current = 1
-    edit.sequence_editor_create()
-    strips = edit.sequence_editor
-    strips = strips.strips if hasattr(strips, "strips") else strips.sequences
-    strips.new_scene("Strip", scene, 1, 1)
-    near = min(
-        (o for o in scene.objects if o.type == "MESH"), key=lambda o: o.location.y
-    )
-    data.dof.focus_distance = 8
-    near.rack_focus_keep_sharp = True
-    update()
-    made = shot(edit, "strip1.exr")
-    assert tpsnr(made, shot(scene, "strip2.exr")) > 40
-    assert not last_message(scene), last_message(scene)
-    data.rack_focus.views = 3
-    with heard() as said:
-        shot(edit, "strip3.exr")
-    assert "in one view" in said.getvalue(), said.getvalue()
-
-
 # ---- refocus after changes ----------------------------------------------------------
 
 
