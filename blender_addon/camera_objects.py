@@ -5,6 +5,8 @@ import types
 
 import bpy
 
+from . import keyed
+
 FILTERED = ("PERSP", "ORTHO")  # types of cameras; panoramic ones have no plane of depth
 
 
@@ -48,7 +50,8 @@ def cameras_of(scene):
     """
     cameras = {scene.camera, *(marker.camera for marker in scene.timeline_markers)}
     known = {camera.data for camera in cameras if camera is not None}
-    if any(c.rack_focus.enabled for c in bpy.data.cameras if c not in known):
+    others = [data.rack_focus for data in bpy.data.cameras if data not in known]
+    if any(keyed.most(settings, "enabled") for settings in others):
         cameras |= {strip.scene_camera for _, strip in strips_of(scene)}
     found = set()
     for camera in cameras:
@@ -152,10 +155,11 @@ def open_lenses(cameras, depsgraph, are_open):
     are: their picture is not filtered.
     """
     for camera in filter(None, cameras):
-        if settings_of(camera).enabled:
+        if settings_of(camera) is not NO_CAMERA:
             seen = camera.evaluated_get(depsgraph)
             is_seen = seen.is_evaluated and seen.data.is_evaluated
             is_filtered = is_seen and seen.data.type in FILTERED
+            is_filtered = is_filtered and seen.data.rack_focus.enabled
             if is_filtered and seen.data.dof.use_dof != are_open:
                 seen.data.dof.use_dof = are_open
 

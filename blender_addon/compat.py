@@ -183,7 +183,9 @@ def curves_of(animation):
         return []
     if hasattr(action, "fcurves"):
         return list(action.fcurves)
-    strips = [strip for layer in action.layers for strip in layer.strips]  # 5.0
+    if animation.action_slot is None:  # 5.0
+        return []
+    strips = [strip for layer in action.layers for strip in layer.strips]
     bags = [strip.channelbag(animation.action_slot) for strip in strips]
     return [curve for bag in bags if bag is not None for curve in bag.fcurves]
 

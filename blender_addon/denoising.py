@@ -18,7 +18,7 @@ from pathlib import Path
 import bpy
 import numpy as np
 
-from . import camera_objects, fog, lens, passes, preferences, supersample
+from . import camera_objects, fog, keyed, lens, passes, preferences, supersample
 from .library import rackfocus
 
 # Of builds of blender.org and of PyPI's bpy, from the folder above that of the version.
@@ -181,8 +181,7 @@ def need():
 
 def is_asked(scene):
     """Are a scene's views to be cleaned together, where there is a denoiser?"""
-    settings = [c.data.rack_focus for c in camera_objects.cameras_of(scene)]
-    used = [one for one in settings if one.enabled]
+    used = keyed.ticked(camera_objects.cameras_of(scene))
     is_merged = all(one.method != "accumulate" for one in used)
     is_wanted = all(one.denoise_together for one in used)
     is_on = scene.render.engine == "CYCLES" and scene.cycles.use_denoising

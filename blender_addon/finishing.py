@@ -12,6 +12,7 @@ from . import (
     camera_objects,
     denoising,
     group,
+    keyed,
     lens,
     look,
     names,
@@ -57,7 +58,7 @@ class FinishError(denoising.DenoiserError):
 def why_not(scene):
     """Why a scene cannot be finished, or "": for the box and the operator."""
     camera = camera_objects.camera_of(scene)
-    if camera is None or not camera.data.rack_focus.enabled:
+    if camera is None or not keyed.ticked([camera]):
         return "Rack Focus is not ticked for the scene's camera"
     if scene.render.engine == "BLENDER_WORKBENCH":  # its lens is that of its shading
         return "Finish does not work with Workbench: take Cycles or EEVEE"
@@ -87,7 +88,8 @@ def samples_of(scene):
     if why_not(scene):
         return 0
     settings = camera_objects.camera_of(scene).data.rack_focus
-    return settings.finish_samples if settings.use_finish else 0
+    is_every = keyed.most(settings, "use_finish")
+    return keyed.most(settings, "finish_samples") if is_every else 0
 
 
 def clean(scene, own, ours, guides=None, samples=0):

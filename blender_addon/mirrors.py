@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from . import camera_objects
+from . import camera_objects, keyed
 from .library import rackfocus
 
 PASSES = tuple(
@@ -66,8 +66,8 @@ class Seen(NamedTuple):
 
 def is_wanted(scene):
     """Does a camera of the scene want them?"""
-    settings = (c.data.rack_focus for c in camera_objects.cameras_of(scene))
-    return any(one.enabled and one.mirrors for one in settings)
+    used = keyed.ticked(camera_objects.cameras_of(scene))
+    return any(keyed.most(one, "mirrors") for one in used)
 
 
 def why_not(scene, settings):

@@ -13,6 +13,7 @@ from . import (
     compat,
     freestyle,
     group,
+    keyed,
     lens,
     memory,
     one_by_one,
@@ -58,7 +59,7 @@ def factor(scene):
     settings = _used(scene)
     if not settings or why_not(scene):
         return 1
-    asked = max(one.supersample for one in settings)
+    asked = max(keyed.most(one, "supersample") for one in settings)
     if asked == 0 and not why_not_automatic(scene):
         asked = AUTOMATIC
     longest = max(lens.picture_size(scene.render))
@@ -80,20 +81,21 @@ def why_not_automatic(scene):
 
 
 def _used(scene):
-    settings = (c.data.rack_focus for c in camera_objects.cameras_of(scene))
-    return [one for one in settings if one.enabled]
+    return keyed.ticked(camera_objects.cameras_of(scene))
 
 
 def _why_no_gain(scene, settings):
-    if settings.method not in METHODS or settings.quality == "preview":
+    methods, qualities = (keyed.values(settings, f) for f in ("method", "quality"))
+    if not methods.issubset(METHODS) or "preview" in qualities:
         return "it is for final pictures"
-    if settings.mirrors:
+    if keyed.most(settings, "mirrors"):
         return "it does not work with Mirrors and Glass"
     if settings.id_data.type == "ORTHO":
         return "orthographic cameras do as well"
     if scene.render.use_motion_blur:
         return "what moves comes out better"
-    shared = sampling.samples_of(scene), settings.views, settings.view_samples
+    n = keyed.most(settings, "views")
+    shared = sampling.samples_of(scene), n, settings.view_samples
     each = sampling.samples_of_view(*shared)
     kept = sampling.samples_of_view(*shared, AUTOMATIC)
     is_odd = not LEAST_KEPT * each <= kept * AUTOMATIC**2 <= each
@@ -106,7 +108,8 @@ def _why_dear(scene, settings):
     if getattr(scene.cycles, "use_guiding", False):
         return "each part would train Path Guiding anew"
     width, height = lens.picture_size(scene.render)
-    n_bytes = memory.needed(scene, settings.views, width * height * AUTOMATIC**2)
+    n_views = keyed.most(settings, "views")
+    n_bytes = memory.needed(scene, n_views, width * height * AUTOMATIC**2)
     is_much = n_bytes >= memory.LOUD_BYTES
     return f"it needs some {n_bytes / 1e9:.0f} GB of memory" if is_much else ""
 

@@ -19,6 +19,7 @@ from . import (
     freestyle,
     group,
     inserted,
+    keyed,
     layout,
     library,
     links,
@@ -55,9 +56,7 @@ def user_scenes():
 
 def is_wanted(scene):
     """Is Rack Focus enabled for a camera of the scene, or has it nodes of ours?"""
-    if any(
-        camera.data.rack_focus.enabled for camera in camera_objects.cameras_of(scene)
-    ):
+    if keyed.ticked(camera_objects.cameras_of(scene)):
         return True
     return any(inserted.INSERTED not in node for node in group.nodes_of(scene))
 

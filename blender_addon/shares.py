@@ -10,7 +10,7 @@ before large lamps (macro) - 0.2, - 0.15, + 0.9, night up to - 0.1, others gain.
 of Cycles' time.
 """
 
-from . import camera_objects, mirrors
+from . import camera_objects, keyed, mirrors
 from .borrowed import Switch
 
 METHODS = ("layered", "views")  # those that look at it
@@ -26,10 +26,10 @@ def is_offered(scene, settings):
 
 def is_wanted(scene):
     """Does a camera of the scene want the pass, for its edges or its mirrors?"""
-    settings = [camera.data.rack_focus for camera in camera_objects.cameras_of(scene)]
-    used = [one for one in settings if one.enabled and one.clean_edges]
-    is_asked = any(is_offered(scene, one) for one in used)
-    return is_asked or scene.render.engine == "CYCLES" and mirrors.is_wanted(scene)
+    used = keyed.ticked(camera_objects.cameras_of(scene))
+    used = [one for one in used if keyed.most(one, "clean_edges")]
+    is_asked = any(not keyed.values(one, "method").isdisjoint(METHODS) for one in used)
+    return scene.render.engine == "CYCLES" and (is_asked or mirrors.is_wanted(scene))
 
 
 def need_pass(scene):

@@ -30,6 +30,7 @@ from . import (
     freestyle,
     group,
     handover,
+    keyed,
     lens,
     memory,
     mirrors,
@@ -119,6 +120,13 @@ def view_count(settings):
     return min(settings.views, MOST_MERGED)
 
 
+def most_views(settings):
+    """The same of the frame that asks for the most, where settings have keyframes."""
+    methods = keyed.values(settings, "method").intersection(METHODS)
+    n = keyed.most(settings, "views") if methods else 1
+    return n if "accumulate" in methods else min(n, MOST_MERGED)
+
+
 def why_one_view(scene):
     """Why a scene is rendered in one view whatever its cameras ask for, or ""."""
     if scene.render.use_multiview:
@@ -132,9 +140,8 @@ def why_one_view(scene):
 
 def in_vain(scene):
     """Lines for the console on what cameras ask for and a render does not heed."""
-    settings = [c.data.rack_focus for c in camera_objects.cameras_of(scene)]
-    settings = [one for one in settings if one.enabled]
-    has_views = any(view_count(one) > 1 for one in settings)
+    settings = keyed.ticked(camera_objects.cameras_of(scene))
+    has_views = any(most_views(one) > 1 for one in settings)
     lines = [why_one_view(scene)] if has_views else []
     if any(one.supersample > 1 for one in settings):
         lines.append(parts.why_not(scene))
@@ -215,8 +222,7 @@ def _may_have_views(scene):
 
 def _asked(scene):
     """(most views of a camera of a scene, parts of a pixel along its side)."""
-    cameras = [c for c in camera_objects.cameras_of(scene) if c.data.rack_focus.enabled]
-    counts = (view_count(c.data.rack_focus) for c in cameras)
+    counts = map(most_views, keyed.ticked(camera_objects.cameras_of(scene)))
     return max(counts, default=1), parts.factor(scene)
 
 
@@ -238,7 +244,7 @@ def begin(scene, own_samples=0, is_refocus=False):
     if not _may_have_views(scene):
         return
     has_lines = freestyle.is_drawn(scene)
-    cameras = [c for c in camera_objects.cameras_of(scene) if c.data.rack_focus.enabled]
+    used = keyed.ticked(camera_objects.cameras_of(scene))
     most, scale = _asked(scene)
     if is_refocus:
         scale = 1
@@ -253,7 +259,7 @@ def begin(scene, own_samples=0, is_refocus=False):
     if reason:
         failures.note(scene, reason, is_failure=False)
         return
-    is_sequence = any(one_by_one.is_so(c.data.rack_focus, scene) for c in cameras)
+    is_sequence = any(one_by_one.is_so(settings, scene) for settings in used)
     n_copies = most * scale**2 if is_sequence else 1
     copies = [
         _make_copy(scene, not is_shared) for _ in range(n_copies if has_copies else 0)
@@ -375,14 +381,14 @@ def _look_through(scene, session, camera):
     for beside in filter(None, (session.own(), session.drawn())):
         _prepare_beside(scene, beside, session.camera)
     session.places = {}
-    settings = camera_objects.settings_of(session.camera)
-    most = max(len(session.suffixes) // session.scale**2, 1)
-    session.n_views = min(view_count(settings), most)
-    session.frame_scale, session.is_frame_noisy = session.scale, session.is_noisy
     # Where bodies are is known only once the scene is evaluated.
     distances = {session.camera.name_full: 1.0} if bodies.are_in(scene) else {}
     with lens.known(distances):
         is_unfit = bool(lens.why_not(_at_frame(session.camera, scene)))
+    settings = camera_objects.settings_of(session.camera)  # with keys, now the frame's
+    most = max(len(session.suffixes) // session.scale**2, 1)
+    session.n_views = min(view_count(settings), most)
+    session.frame_scale, session.is_frame_noisy = session.scale, session.is_noisy
     if session.copy_names and (is_unfit or not settings.enabled):
         session.n_views, session.frame_scale = 1, 1
         session.is_frame_noisy = False

@@ -14,6 +14,7 @@ from mathutils import Vector
 
 sys.path.insert(0, str(Path(__file__).parent))
 import checking  # noqa: E402
+import common  # noqa: E402
 from checking import Checks, heard, key_focus, shot  # noqa: E402
 from common import (  # noqa: E402
     V,
@@ -437,6 +438,37 @@ def a_focus_that_hangs_on_the_scene():
     back = scene.camera.matrix_world.to_3x3().col[2]
     assert away.dot(back) < -0.1, (away, back)
     is_right(-away.dot(back))
+
+
+@check
+def settings_with_keyframes():
+    """Each frame has its own, in whatever frame the file stands when a render begins."""
+    scene, data = start()
+    settings = data.rack_focus
+    keyed = {"enabled": (False, True), "views": (1, 3), "clean_edges": (False, True)}
+    wanted = []
+    for settings.enabled, settings.views in zip(keyed["enabled"], keyed["views"]):
+        settings.clean_edges = True  # of all frames
+        wanted.append(shot(scene, "keys0.exr"))
+    for name, values in keyed.items():
+        for frame, value in zip((1, 3), values):
+            setattr(settings, name, value)
+            settings.keyframe_insert(name, frame=frame)
+    for curve in common.curves_of(data):
+        for key in curve.keyframe_points:
+            key.interpolation = "CONSTANT"
+    for first in (1, 3):
+        scene.frame_set(first)
+        bpy.context.view_layer.update()
+        scene.frame_start, scene.frame_end = 1, 3
+        common.set_output(scene, checking.OUT / "keys#.exr")
+        bpy.ops.render.render(animation=True)
+        for frame, picture in ((1, wanted[0]), (2, wanted[0]), (3, wanted[1])):
+            made = common.read(checking.OUT / f"keys{frame}.exr")
+            same(common.rgba(made), picture)
+    if hasattr(data.animation_data, "action_slot"):  # 4.4; an action that plays nothing
+        data.animation_data.action_slot = None
+        assert addon("keyed").values(settings, "views") == {settings.views}
 
 
 checking.run(check, "camera_results.json")
