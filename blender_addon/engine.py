@@ -65,6 +65,10 @@ class Problem(Exception):
     """The picture stays as it is; the message is for the user."""
 
 
+class BlackError(Exception):
+    """There is nothing to show; the message is for the user."""
+
+
 class MismatchError(Exception):
     """The picture is there all the same; the message is for the user."""
 
@@ -81,6 +85,10 @@ EXPECTED = (
     main_thread.BusyError,
     MemoryError,
 )
+
+
+# Those whose messages say what became of the picture.
+SAID = (BlackError, MismatchError, keep.KeepError, denoising.DenoiserError)
 
 
 class Frame(NamedTuple):
@@ -233,7 +241,7 @@ class RackFocusEngine(bpy.types.RenderEngine):
         """The message of an error in the artist's words."""
         if isinstance(error, rackfocus.CancelledError):
             return "stopped; the picture is not filtered"
-        if isinstance(error, keep.KeepError | denoising.DenoiserError | MismatchError):
+        if isinstance(error, SAID):
             return str(error)
         if isinstance(error, EXPECTED):
             text = getattr(error, "message", "") or str(error) or "out of memory"
@@ -272,6 +280,8 @@ class RackFocusEngine(bpy.types.RenderEngine):
         """The views; nothing where nodes show none, and Blender renders no scene for them."""
         try:
             self._render_views(depsgraph, source, seconds)
+        except passes.RoomError as error:
+            raise BlackError(f"{error}. The picture is black") from error
         except passes.PassesError:
             if setup.is_used(source):
                 raise

@@ -136,6 +136,13 @@ def read_parts(path):
     Rows from the top. The arrays are views of the mapped file. In files of several
     parts the part's name stands before channel names that lack it.
     """
+    try:
+        return _read_parts(path)
+    except (IndexError, KeyError, TypeError, ValueError, struct.error) as error:
+        raise ExrError("the file of the render's passes is damaged") from error
+
+
+def _read_parts(path):
     with open(path, "rb") as file:
         if CAN_MAP:
             mapped = mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)

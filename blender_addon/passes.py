@@ -57,6 +57,10 @@ class PassesError(Exception):
     """The passes cannot be had; the message is for the user."""
 
 
+class RoomError(PassesError):
+    """There is no room for the files of passes; the message is for the user."""
+
+
 # ---- passes of a layer ------------------------------------------------------------
 
 
@@ -187,6 +191,48 @@ def own_folder(parent):
         yield folder
 
 
+def _parents(n_bytes):
+    """Where folders for files of passes may be, the best first."""
+    found = [memory_folder(n_bytes), bpy.app.tempdir]
+    has_memory = os.path.isdir(SHARED_MEMORY) and os.access(SHARED_MEMORY, os.W_OK)
+    return list(dict.fromkeys([*found, *([SHARED_MEMORY] if has_memory else ())]))
+
+
+def _has_room(parent, n_bytes):
+    """Are so many bytes free there? A folder that is gone has none."""
+    with contextlib.suppress(OSError):
+        return shutil.disk_usage(parent).free >= n_bytes
+    return False
+
+
+@contextlib.contextmanager
+def filled_folder(n_bytes, fill):
+    """What fill(folder) returns, which writes files there and reads them, for a while.
+
+    n_bytes: of the files, about. Blender writes half of a file where there is no room for
+    the whole, without a word: where fill() fails and less than that is free, it is called
+    with a folder at another place. RoomError.
+    """
+    tried = []
+    for parent in _parents(n_bytes):
+        with contextlib.ExitStack() as held:
+            try:
+                folder = held.enter_context(own_folder(parent))
+                found = fill(folder)
+            except Exception:
+                if _has_room(parent, n_bytes):
+                    raise
+                tried.append(parent)
+                continue
+            yield found
+            return
+    places = " and ".join(f"“{parent}”" for parent in tried)
+    raise RoomError(
+        f"there is no room for the passes of the render in {places}: make room, or name "
+        "another folder in Preferences > File Paths > Temporary Files"
+    )
+
+
 def _remove_if_dead(folder):
     """Removes a folder whose Blender has ended; not where that cannot be told."""
     try:
@@ -219,24 +265,35 @@ class RenderedPasses:
         # Of what was rendered before a layer got another name.
         self.old_names = _old_names_of(scene.rack_focus.viewed or scene)
         # A mapped file stays readable without its name.
-        with self.saved(scene, n_views) as files:
-            # suffix of the view's file, "" without views: channels
-            read = {suffix: exr.read_parts(path) for suffix, path in files.items()}
-        self.files = {suffix: channels for suffix, (channels, _) in read.items()}
-        self.about = {suffix: parts[0].about for suffix, (_, parts) in read.items()}
+        with self._filled(scene, n_views) as found:
+            self.files = {
+                suffix: channels for suffix, (_, channels, _) in found.items()
+            }
+            self.about = {
+                suffix: parts[0].about for suffix, (*_, parts) in found.items()
+            }
 
     @classmethod
     @contextlib.contextmanager
     def saved(cls, scene, n_views=1):
         """{suffix of the view's file, "" without views: its path} for a while."""
+        with cls._filled(scene, n_views) as found:
+            yield {suffix: path for suffix, (path, *_) in found.items()}
+
+    @classmethod
+    def _filled(cls, scene, n_views):
+        """{suffix: (path, *exr.read_parts())} for a while."""
         width, height = picture_size(scene.render)
-        n_bytes = width * height * 4 * 32 * n_views
-        with own_folder(memory_folder(n_bytes)) as folder:
+
+        def fill(folder):
             path = folder / "passes.exr"
             cls._save(scene, path)
-            yield {
-                file.stem[len(path.stem) :]: file for file in path.parent.glob("*.exr")
+            return {
+                file.stem[len(path.stem) :]: (file, *exr.read_parts(file))
+                for file in folder.glob("*.exr")
             }
+
+        return filled_folder(width * height * 4 * 32 * n_views, fill)
 
     @classmethod
     def _save(cls, scene, path):

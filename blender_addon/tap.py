@@ -40,11 +40,14 @@ def read(scene, node, files):
     if "Image" not in names:
         raise TapError(f"nothing is linked to Image of the node “{node.name}”")
     width, height = passes.picture_size(scene.render)
-    folder = passes.memory_folder(width * height * 16 * 4)
-    with passes.own_folder(folder) as folder:
+
+    def fill(folder):
         task = functools.partial(_composite, scene, node, names, files, folder)
         main_thread.run(task, TAP_S)
-        found = {name: _read(folder, name) for name in names}
+        return {name: _read(folder, name) for name in names}
+
+    with passes.filled_folder(width * height * 16 * 4, fill) as found:
+        pass
     depth, mask = found.get("Depth"), found.get("Mask")
     if mask is None:
         mask = float(node.inputs["Mask"].default_value)

@@ -4,7 +4,10 @@
 import contextlib
 import json
 import math
+import os
 import shutil
+from pathlib import Path
+from unittest.mock import Mock, patch
 
 import bpy
 import common
@@ -723,6 +726,45 @@ def costly_steps_of_a_picture():
             call()
         counted[what] = calls
     (OUT / "costly_steps.json").write_text(json.dumps(counted))
+
+
+@check
+def a_folder_without_room_for_passes():
+    """Another one is taken; where none has room, that is said, and the black picture."""
+    scene, data = start()
+    passes, full = addon("passes"), [str(OUT / "full")]
+    Path(full[0]).mkdir(exist_ok=True)
+    save = passes.RenderedPasses._save
+
+    def save_half(scene, path):  # as Blender does on a full disk, without an error
+        save(scene, path)
+        for file in path.parent.glob("*.exr") if str(path.parents[1]) in full else ():
+            os.truncate(file, file.stat().st_size // 2)
+
+    def room(path):
+        if path == gone:
+            raise FileNotFoundError(path)
+        return Mock(free=1e9 * (path not in full))
+
+    gone = str(OUT / "gone")
+    for data.rack_focus.views in (1, 2):
+        wanted = shot(scene, "room0.exr")
+        with contextlib.ExitStack() as changed:
+            for owner, name, value in (
+                (passes, "_parents", lambda _: [gone, full[0], passes.SHARED_MEMORY]),
+                (passes.RenderedPasses, "_save", save_half),
+                (shutil, "disk_usage", room),
+            ):
+                changed.enter_context(patch.object(owner, name, value))
+            same(shot(scene, "room1.exr"), wanted)
+            full.append(passes.SHARED_MEMORY)
+            with heard() as said, contextlib.suppress(RuntimeError):
+                shot(scene, "room2.exr")
+            full.pop()
+        places = f"“{gone}” and “{full[0]}”"
+        assert f"no room for the passes of the render in {places}" in said.getvalue()
+        assert "The picture is black" in common.last_message(scene)
+    assert not common.own_memory_folders() and not list(Path(full[0]).iterdir())
 
 
 # ---- installing again -------------------------------------------------------------
