@@ -196,10 +196,8 @@ class RackFocusEngine(bpy.types.RenderEngine):
             return
         source = scene.rack_focus.source
         if source is None:
-            self.report(
-                {"ERROR"},
-                "Rack Focus: this scene filters another one and is not for rendering",
-            )
+            failures.say(scene, setup.NO_RENDERER)
+            self.report({"ERROR"}, f"Rack Focus: {setup.NO_RENDERER}")
             return
         source = source.original
         awaited.discard(source.name)

@@ -35,6 +35,10 @@ NODE_LABEL = "Rack Focus"
 BEFORE = "rack_focus_before"  # of our nodes: the Render Layers node they took over from
 OUTPUTS = ("COMPOSITE", "GROUP_OUTPUT")  # types of nodes
 CALLER_LABEL = "Rack Focus: runs the nodes"
+NO_RENDERER = (
+    "the engine “Rack Focus” renders nothing by itself: choose Cycles or EEVEE under "
+    "Render > Render Engine, and tick Rack Focus in the camera's Depth of Field"
+)
 RECORD_VERSION = 2  # 1: nodes of a new tree might look at another scene; see heal()
 
 # ---- who belongs to whom ----------------------------------------------------------
@@ -46,9 +50,22 @@ def filter_scene_of(scene):
     return ours if ours is not None and ours.rack_focus.source == scene else None
 
 
+def is_filter_scene(scene):
+    """Did Rack Focus make a scene to filter another one, which may be gone?
+
+    The engine does not tell: artists may choose it for scenes of their own.
+    """
+    if scene.rack_focus.source is not None:
+        return True
+    if scene.render.engine != ENGINE or NODE_LABEL not in scene.name:
+        return False
+    has_content = scene.collection.children or scene.world or scene.sequence_editor
+    return not has_content and all(o.type == "CAMERA" for o in scene.objects)
+
+
 def user_scenes():
     """All scenes of the file itself but those that Rack Focus made."""
-    scenes = [s for s in bpy.data.scenes if s.render.engine != ENGINE]
+    scenes = [s for s in bpy.data.scenes if not is_filter_scene(s)]
     scenes = [s for s in scenes if not s.rack_focus.is_views_copy]
     scenes = [s for s in scenes if not s.rack_focus.is_tap]
     return [s for s in scenes if s.library is None]
@@ -445,10 +462,11 @@ def camera_changed(data):
 
 
 def remove_orphans():
-    """Removes filter scenes whose own scene is gone."""
+    """Removes filter scenes whose own scene is gone; Blender keeps the last scene."""
     for scene in list(bpy.data.scenes):
-        is_ours = scene.render.engine == ENGINE and not scene.rack_focus.is_tap
-        if is_ours and scene.rack_focus.source is None:
+        is_ours = is_filter_scene(scene) and not scene.rack_focus.is_tap
+        is_last = sum(other.library is None for other in bpy.data.scenes) < 2
+        if is_ours and scene.rack_focus.source is None and not is_last:
             compat.remove_scene(scene)
 
 
@@ -621,6 +639,7 @@ def sync(scene):
         return
     for name in RENDER_SETTINGS:
         set_if_other(ours.render, name, getattr(scene.render, name))
+    set_if_other(ours.render, "engine", ENGINE)
     set_if_other(ours, "active_clip", scene.active_clip)  # solved cameras follow it
     follow_subframe(scene, ours)
     _sync_views(scene.render, ours.render)
@@ -723,6 +742,8 @@ def why_not(scene):
             f"the scene is linked from “{bpy.path.basename(scene.library.filepath)}” "
             "(append it, or render that file)"
         )
+    if scene.render.engine == ENGINE:
+        return NO_RENDERER
     if not scene.render.use_compositing:
         return "Post Processing > Compositing is off"
     if scene.render.use_single_layer:  # Blender then renders no scene of a node

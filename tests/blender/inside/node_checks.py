@@ -7,7 +7,7 @@ import shutil
 import bpy
 import common
 import numpy as np
-from checking import OUT, Checks
+from checking import OUT, Checks, heard
 from common import (
     addon,
     filtered,
@@ -314,3 +314,29 @@ def objects_that_stay_sharp():
     data.rack_focus.enabled = False
     assert not getattr(scene.view_layers[0], module.SWITCH.name)
     assert snapshot(scene)[1:4] == before  # meshes without users were not saved
+
+
+@check
+def our_engine_chosen_for_a_scene():
+    """The scene stays, however it is saved and opened; what to choose is said."""
+    scene, _ = start()
+    wanted = rgba(render(scene, OUT / "engine0.exr"))
+    scene.render.engine = scene.name = "RACK_FOCUS"
+    bpy.data.scenes.new("Other")
+    path = str(OUT / "engine.blend")
+    bpy.ops.wm.save_as_mainfile(filepath=path)
+    bpy.ops.wm.open_mainfile(filepath=path)
+    addon("setup").remove_orphans()  # as with a newer version of the add-on
+    assert len(bpy.data.scenes) == 3, list(bpy.data.scenes)
+    scene = bpy.data.scenes["RACK_FOCUS"]
+    with heard() as said, contextlib.suppress(RuntimeError):
+        render(scene, OUT / "engine1.exr")
+    assert "choose Cycles or EEVEE" in said.getvalue(), said.getvalue()
+    assert "choose Cycles or EEVEE" in addon("setup").why_not(scene)
+    scene.render.engine = "CYCLES"
+    addon("setup").filter_scene_of(scene).render.engine = "CYCLES"  # is set back
+    same(rgba(render(scene, OUT / "engine1.exr")), wanted)
+    for name in ("Other", "RACK_FOCUS"):
+        bpy.data.scenes.remove(bpy.data.scenes[name])
+    addon("setup").remove_orphans()  # Blender keeps the last one
+    assert len(bpy.data.scenes) == 1
