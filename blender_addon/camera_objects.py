@@ -111,15 +111,20 @@ def strips_of(scene):
                 yield edit, strip
 
 
-def note_strips(scene, rendered):
-    """A scene is about to be rendered; rendered: names of scenes that are, it too."""
-    _of_strips.pop(scene.name, None)
-    seen = {
-        strip.scene_camera
+def strips_rendered(scene, rendered):
+    """Strips by which a frame shows a scene; rendered: names of scenes that are rendered."""
+    return [
+        strip
         for edit, strip in strips_of(scene)
         if edit != scene and edit.name in rendered and edit.render.use_sequencer
         if strip.frame_final_start <= edit.frame_current < strip.frame_final_end
-    }
+    ]
+
+
+def note_strips(scene, rendered):
+    """A scene is about to be rendered; rendered: names of scenes that are, it too."""
+    _of_strips.pop(scene.name, None)
+    seen = {strip.scene_camera for strip in strips_rendered(scene, rendered)}
     if seen - {None}:
         _of_strips[scene.name] = seen.pop() if len(seen) == 1 else None
 

@@ -118,6 +118,7 @@ def _prepare(scene):
                 shining.describe(scene, camera_objects.settings_of(camera)),
                 strokes.describe(scene),
                 outputs.why_not(scene),
+                strips.of_other_layers(scene, engine.rendering),
                 views.in_vain(scene),
                 view_textures.describe(scene) if views.are_asked(scene) else (),
                 () if bpy.app.background else local_cameras.describe(scene),

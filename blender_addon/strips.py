@@ -5,7 +5,7 @@ Those of other scenes are filtered as by F12 there, through the camera that the 
 (camera_objects.py).
 """
 
-from . import compat, setup
+from . import camera_objects, compat, setup
 
 
 def why_shown(scene):
@@ -38,3 +38,21 @@ def linked_in(scene):
     """
     linked = [s for s in (scene, *_seen_in(scene)) if s.library is not None]
     return [s for s in linked if setup.is_wanted(s)]
+
+
+def of_other_layers(scene, rendered):
+    """Lines for the console on strips whose view layer (5.2) no node of ours shows.
+
+    Blender heeds it in scenes without nodes only. rendered: names of scenes.
+    """
+    trees, ours = setup.all_trees_of(scene), setup.filter_scene_of(scene)
+    shown = {n.layer for tree in trees for n in setup.layer_nodes(tree, ours)}
+    lines = []
+    for strip in camera_objects.strips_rendered(scene, rendered):
+        layer = getattr(strip, "view_layer", None)
+        if layer is not None and layer.name not in shown:
+            lines.append(
+                f"Strip “{strip.name}” has view layer “{layer.name}”, and the Rack Focus "
+                "node another one, which is shown: choose it at the foot of the node."
+            )
+    return lines

@@ -352,6 +352,13 @@ def a_scene_strip():
         made = shot(edit, "strip1.exr")
         assert tpsnr(made, wanted) > 60, (settings, tpsnr(made, wanted))
         assert last_message(scene) in ("", KEEP_SHARP), last_message(scene)
+    if V >= (5, 2, 0):
+        layer = scene.view_layers.new("Other")
+        strips[0].view_layer = layer
+        with heard() as said:
+            shot(edit, "strip1.exr")
+        assert "has view layer “Other”" in said.getvalue(), said.getvalue()
+        scene.view_layers.remove(layer)
     strips.new_scene("B", scene, 2, 1).scene_camera = first
     with heard() as said:
         made = shot(edit, "strip1.exr")
