@@ -204,7 +204,8 @@ def _add_caller(scene, tree, used):
     node = add_node(tree, scene, used[0] if used else scene.view_layers[0].name)
     node.label = CALLER_LABEL
     node.hide = True
-    layout.put_below(tree, node, group.nodes_of(scene)[0])
+    layout.put_below(tree, node, next(iter(group.nodes_of(scene)), tree.nodes[0]))
+    return node
 
 
 def _lead_past(scene, tree, used):
@@ -715,12 +716,17 @@ def unmute_sources(scene):
 def need_source(scene):
     """Adds the scene's own Render Layers node where the artist deleted or muted it.
 
-    Blender would not render the scene without.
+    Blender would not render the scene without; nor ours, if groups alone show that (5.x).
     """
     tree, ours = compat.compositor_tree(scene), filter_scene_of(scene)
     filters = layer_nodes(tree, ours) if tree is not None else []
+    others = with_groups(tree)[1:] if tree is not None and not filters else []
+    inside = [node.layer for one in others for node in layer_nodes(one, ours)]
+    if inside:
+        filters = [_add_caller(scene, tree, inside)]
     has_plates = all(node.inputs["Depth"].is_linked for node in group.nodes_of(scene))
-    if not any(o.is_linked for node in filters for o in node.outputs) and has_plates:
+    is_shown = inside or any(o.is_linked for node in filters for o in node.outputs)
+    if not is_shown and has_plates:
         return
     if filters and all(node.mute for node in layer_nodes(tree, scene)):
         node = compat.new_layer_node(tree, ours)

@@ -152,6 +152,12 @@ def render_layers_in_a_group():
     image = bpy.data.images["Render Result"]
     image.save_render(str(OUT / "n_inner.exr"), scene=scene)
     same(rgba(common.read(OUT / "n_inner.exr")), expected(scene))
+    for views in (1, 2):  # with no other node of ours: it comes back
+        data.rack_focus.views = views
+        made = rgba(render(scene, OUT / "n_inner.exr"))
+        tree.nodes.remove(our_node(tree, scene))
+        same(rgba(render(scene, OUT / "n_inner.exr")), made)
+        assert not last_message(scene), last_message(scene)
     data.rack_focus.enabled = False
     assert sorted(node.name for node in group.nodes) == before
     assert inner.outputs["Image"].is_linked
