@@ -2,6 +2,7 @@
 #include "povray/povray_lens.h"
 
 #include <math.h>
+#include <stdio.h>
 
 static bool is_typed(const struct settings *settings, const char *name)
 {
@@ -10,12 +11,38 @@ static bool is_typed(const struct settings *settings, const char *name)
 
 void povray_lens_drop_stop(struct settings *typed)
 {
-    static const char *const names[] = {"f-stop",       "focal-length",  "unit-scale",
-                                        "sensor-width", "sensor-height", "sensor-fit"};
+    /* A tilt still goes by the last two. */
+    static const char *const names[] = {"f-stop",     "sensor-width", "sensor-height",
+                                        "sensor-fit", "focal-length", "unit-scale"};
+    const size_t n = sizeof(names) / sizeof(names[0]);
+    const bool is_tilted = typed->params.tilt_x != 0 || typed->params.tilt_y != 0;
     struct settings plain;
     settings_init(&plain);
-    for (size_t i = 0; i < sizeof(names) / sizeof(names[0]); i++)
+    for (size_t i = 0; i < (is_tilted ? n - 2 : n); i++)
         settings_take(typed, &plain, names[i]);
+}
+
+/* Sets a parameter that is not typed. */
+static void set_untyped(struct settings *settings, const char *name, double value)
+{
+    char text[64];
+    if (is_typed(settings, name))
+        return;
+    snprintf(text, sizeof(text), "%.17g", value);
+    settings_set(settings, name, text, NULL);
+}
+
+void povray_lens_keep(struct settings *typed, double radius, double focal_px)
+{
+    static const char *const names[] = {"focal-length", "unit-scale", "sensor-width",
+                                        "sensor-height"};
+    bool is_any_typed = false;
+    for (size_t i = 0; i < sizeof(names) / sizeof(names[0]); i++)
+        is_any_typed |= is_typed(typed, names[i]);
+    if (!is_any_typed)
+        return;
+    set_untyped(typed, "focal-length-px", focal_px);
+    set_untyped(typed, "lens-radius", radius);
 }
 
 bool povray_lens_take_stop(struct settings *typed, struct povray_stop *stop)

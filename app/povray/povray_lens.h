@@ -15,6 +15,11 @@ bool povray_lens_take_stop(struct settings *typed, struct povray_stop *stop);
 /* Drops the f-stop and what says another field of view than the scene's. */
 void povray_lens_drop_stop(struct settings *typed);
 
+/* A focal length or a sensor that was typed, as a tilt goes by, is no other lens and no
+ * other field of view than the passes of a perspective camera have: `radius` in scene
+ * units, `focal_px` in pixels of the passes. */
+void povray_lens_keep(struct settings *typed, double radius, double focal_px);
+
 /* A tilted lens (docs/looks.md): what 1 / the distance in focus grows by per unit of the
  * tangent to the right and up, 1 / scene units. */
 void povray_lens_tilt(const struct rf_params *params, double tilt[2]);

@@ -19,6 +19,7 @@
 #include "povray.h"
 #include "povray/povray_average.h"
 #include "povray/povray_files.h"
+#include "povray/povray_lens.h"
 #include "sources/depth_repair.h"
 #include "sources/looks.h"
 #include "sources/picture.h"
@@ -399,31 +400,6 @@ static void scale_pixels(struct settings *settings, int32_t n_samples)
     }
 }
 
-/* Sets a parameter that is not typed. */
-static void set_untyped(struct settings *settings, const char *name, double value)
-{
-    char text[64];
-    if (settings_origin(settings, name) == ORIGIN_COMMAND_LINE)
-        return;
-    snprintf(text, sizeof(text), "%.17g", value);
-    settings_set(settings, name, text, NULL);
-}
-
-/* A focal length or a sensor that was typed, as a tilt goes by, is no other lens and no
- * other field of view than the passes have. */
-static void keep_lens(struct settings *settings, const struct povray_passes *passes)
-{
-    static const char *const names[] = {"focal-length", "unit-scale", "sensor-width",
-                                        "sensor-height"};
-    bool is_typed = false;
-    for (size_t i = 0; i < sizeof(names) / sizeof(names[0]); i++)
-        is_typed |= settings_origin(settings, names[i]) == ORIGIN_COMMAND_LINE;
-    if (!is_typed || passes->camera.is_orthographic || passes->camera.aperture == 0)
-        return;
-    set_untyped(settings, "focal-length-px", povray_file_focal_px(passes));
-    set_untyped(settings, "lens-radius", passes->camera.aperture / 4);
-}
-
 /* The picture of filtered passes that are larger than it. */
 static int reduce_passes(struct povray_job *job, const char *from, const char *output)
 {
@@ -462,7 +438,9 @@ static int filter_passes(struct povray_job *job, const char *picture)
         .host = &host.host};
     struct settings settings = job->settings;
     scale_pixels(&settings, job->passes.supersample);
-    keep_lens(&settings, &job->passes);
+    if (!job->passes.camera.is_orthographic && job->passes.camera.aperture != 0)
+        povray_lens_keep(&settings, job->passes.camera.aperture / 4,
+                         povray_file_focal_px(&job->passes));
     int code = exit_code(
         filter_run(&filter, &settings, job->paths, job->tool->n_views, &error), &error);
     job->used = settings.params;

@@ -389,23 +389,12 @@ static bool check_reference(const struct povray_tool *tool,
     return !tool->is_strict;
 }
 
-/* Takes the f-stop out of the settings. A tilt still goes by the focal length. */
-static void take_stop(struct povray_tool *tool, struct settings *settings)
-{
-    const struct settings typed = *settings;
-    if (!povray_lens_take_stop(settings, &tool->stop) ||
-        (typed.params.tilt_x == 0 && typed.params.tilt_y == 0))
-        return;
-    settings_take(settings, &typed, "focal-length");
-    settings_take(settings, &typed, "unit-scale");
-}
-
 bool povray_command_check(struct povray_tool *tool, struct settings *settings,
                           const struct operands *operands)
 {
     if (!check_usage(tool, operands) || !check_lens(tool, settings) ||
         !check_reference(tool, settings))
         return false;
-    take_stop(tool, settings);
+    povray_lens_take_stop(settings, &tool->stop);
     return check_views(tool, settings) && check_only_views(tool);
 }

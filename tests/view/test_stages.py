@@ -173,7 +173,8 @@ STOP = ["--f-stop", "1.4", "--unit-scale", "10", "--focal-length", "85"]
 @pytest.mark.parametrize(
     "own, options",
     [
-        (True, [*STOP, "--sensor-width", "36"]),
+        (True, [*STOP, "--sensor-width", "36", "--tilt-x", "4"]),
+        (True, ["--focal-length", "85", "--sensor-width", "36", "--tilt-x", "4"]),
         (False, [*STOP, "--views", "2"]),
         (False, []),
     ],

@@ -81,6 +81,8 @@ static struct settings typed_of_passes(const struct stage *stage,
     } else if (stage->has_stop) {
         povray_lens_drop_stop(&left);
     }
+    if (!is_ortho && stage->camera.aperture != 0)
+        povray_lens_keep(&left, stage->camera.aperture / 4, stage->focal_px);
     return left;
 }
 
@@ -155,6 +157,7 @@ static bool render_scene(struct stage *stage, const struct settings *typed,
         povray_describe(stage->scene, &passes);
     add_remark(stage, povray_lens_remark(&passes.camera));
     stage->camera = passes.camera;
+    stage->focal_px = povray_file_focal_px(&passes);
     if (stage->options->n_views == 1) {
         add_remark(stage, passes.warning);
         is_good = write_pass(stage, &passes, 0, false, error);

@@ -43,6 +43,7 @@ struct stage {
     struct povray_scene *scene;
     struct povray_options povray_options;
     struct povray_camera camera;     /* of the scene's passes */
+    double focal_px;                 /* their focal length */
     bool has_stop;                   /* their lens radius is that of a typed f-stop */
     char *scene_paths[RF_MAX_VIEWS]; /* passes that were rendered */
     int n_scene_paths;
