@@ -382,18 +382,51 @@ static size_t before_range(const char *name)
                : 0;
 }
 
+/* Where digits begin that end at `end`. */
+static const char *digits_before(const char *begin, const char *end)
+{
+    while (end > begin && isdigit((unsigned char)end[-1]))
+        end--;
+    return end;
+}
+
+/* Where "0001-0003" or "1-240x2" begins that ends at `end`; `end` where there is none. A
+ * date, 2026-11-30, is none. */
+static const char *range_before(const char *begin, const char *end)
+{
+    const char *last = digits_before(begin, end);
+    int32_t from, to, step;
+    if (last > begin && last < end && last[-1] == 'x')
+        last = digits_before(begin, last - 1);
+    if (last == begin || last[-1] != '-')
+        return end;
+    const char *const at = digits_before(begin, last - 1);
+    const bool is_date = at - begin > 1 && at[-1] == '-' && isdigit((uint8_t)at[-2]);
+    char word[32];
+    const char *rest = word;
+    snprintf(word, sizeof(word), "%.*s", (int)(end - at), at);
+    return !is_date && !take_range(&rest, &from, &to, &step) && *rest == '\0' &&
+                   to > from
+               ? at
+               : end;
+}
+
 bool frame_guess_foreign(const char *name, char *pattern, size_t n_bytes)
 {
+    const char *const last = os_path_name(name), *dot = strrchr(last, '.');
     const size_t n_name = before_range(name);
     if (n_name > 0)
         return snprintf(pattern, n_bytes, "%.*s", (int)n_name, name) < (int)n_bytes;
-    for (const char *at = os_path_name(name); *at; at++) {
-        const size_t n = foreign_mark(at);
-        if (n > 0)
-            return snprintf(pattern, n_bytes, "%.*s####%s", (int)(at - name), name,
-                            at + n) < (int)n_bytes;
-    }
-    return false;
+    const char *at = last, *end = dot ? dot : last + strlen(last);
+    while (*at && foreign_mark(at) == 0)
+        at++;
+    if (*at)
+        end = at + foreign_mark(at);
+    else if (frame_is_pattern(name))
+        return false;
+    at = range_before(last, *at ? at : end);
+    return at < end && snprintf(pattern, n_bytes, "%.*s####%s", (int)(at - name), name,
+                                end) < (int)n_bytes;
 }
 
 bool frame_guess_pattern(const char *name, char *pattern, size_t n_bytes)

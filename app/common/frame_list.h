@@ -48,7 +48,8 @@ bool frame_is_in_folder(const char *name, char *links, size_t n_bytes);
 
 /*
  * The name with #### where its last part has the number of a frame as programs write it
- * that are not followed: @@@@, <frame04> and <f4>, {frame}, [1-240] and [####], $frame.
+ * that are not followed: @@@@, <frame04> and <f4>, {frame}, [1-240] and [####], $frame,
+ * 0001-0240 before the ending.
  * "shot.%04d.exr 1-240", as Nuke copies it, becomes the name alone. False where there
  * is nothing of the kind.
  */

@@ -310,6 +310,9 @@ def test_a_folder_with_a_number_sign(run, scene, tmp_path):
         "[1-240]",  # RV, DJV
         "[####]",  # After Effects
         "$frame",  # Cinema 4D
+        "0001-0240",
+        "8-12x2",
+        "8-12@@@@",
     ],
 )
 def test_marks_that_are_named(run, scene, tmp_path, mark):
@@ -332,8 +335,17 @@ def test_what_nuke_copies(run, scene, tmp_path):
     assert f"by --frames: '{name}'" in done.stderr
 
 
+def test_a_date_is_no_range(run, tmp_path):
+    done = run(tmp_path / "shot_2026-11-30.exr", code=1)
+    assert "No such file" in done.stderr and "####" not in done.stderr
+
+
 def test_a_file_may_be_called_so(run, scene, tmp_path):
     """What is there is taken, whatever it is called."""
+    assert run(scene("shot.1-3.exr")).returncode == 0
+    assert run(scene("take1-2.0001.exr"), name="o1-2.exr").returncode == 0
+    frames = tmp_path / "take1-2.####.exr"
+    assert run(frames, name="o1-2.####.exr").returncode == 0
     assert run(scene("me@@home[1].exr"), name="o<f>.exr").returncode == 0
     assert (tmp_path / "o<f>.exr").exists()
 
