@@ -13,6 +13,7 @@
 #include "filter/filter_private.h"
 #include "filter/seen_light.h"
 #include "interrupt.h"
+#include "sources/planar_means.h"
 #include "sources/source.h"
 #include "sources/views.h"
 
@@ -114,9 +115,9 @@ static float *read_channel(const struct subject *subject, const char *file,
     return depth;
 }
 
-/* Planar distances from depths of a kind (of the parameters: -1), NAN where they are 0
- * or less. */
-static int make_planar(const struct run *run, const char *option, int kind,
+/* Planar distances from depths, NAN where they are 0 or less: of the kind that the
+ * parameters say, or along the rays, in their unit. */
+static int make_planar(const struct run *run, const char *option, bool is_way,
                        const float *depth, float *planar)
 {
     struct rf_params params = run->params;
@@ -124,9 +125,11 @@ static int make_planar(const struct run *run, const char *option, int kind,
     struct rf_error error;
     const int width = run->source.width, height = run->source.height;
     const size_t n = (size_t)width * (size_t)height;
-    if (kind >= 0) {
-        params.depth = kind;
-        params.depth_scale = 1;
+    if (is_way) {
+        const bool has_unit =
+            params.depth == RF_DEPTH_PLANAR || params.depth == RF_DEPTH_RADIAL;
+        params.depth = RF_DEPTH_RADIAL;
+        params.depth_scale = has_unit ? params.depth_scale : 1;
         params.depth_offset = 0;
     }
     /* 0: nothing is seen so. */
@@ -141,6 +144,29 @@ static int make_planar(const struct run *run, const char *option, int kind,
     for (size_t i = 0; i < n; i++)
         if (!(depth[i] > 0))
             planar[i] = NAN;
+    return result == RF_OK
+               ? APP_DONE
+               : app_fail(run->error, APP_FAILED, "--%s: %s", option, error.message);
+}
+
+/* Cycles counts the ways from the near clip on, which the files do not name. */
+static int add_near_clip(const struct subject *subject, const char *option, float *way)
+{
+    const struct run *run = subject->run;
+    const int width = subject->source->width, height = subject->source->height;
+    const size_t n = (size_t)width * (size_t)height;
+    float *depth = app_memory(n, 2 * sizeof(float), run->error);
+    struct rf_error error;
+    if (!depth)
+        return app_code_of(run->error);
+    const struct rf_image planar = rf_image_packed(depth, width, height, 1);
+    const rf_result result =
+        rf_filter_planar_depth(run->filter, &subject->view.depth, &planar, &error);
+    const float near_clip =
+        result == RF_OK ? planar_means_near_clip(depth, way, n, depth + n) : 0;
+    for (size_t i = 0; i < n; i++)
+        way[i] += near_clip;
+    free(depth);
     return result == RF_OK
                ? APP_DONE
                : app_fail(run->error, APP_FAILED, "--%s: %s", option, error.message);
@@ -210,7 +236,9 @@ static int read_depth(const struct subject *subject, enum seen_kind kind, float 
                                  : read_channel(subject, NULL, channel, option);
     if (!depth)
         return app_code_of(run->error);
-    int code = make_planar(run, option, is_way ? RF_DEPTH_RADIAL : -1, depth, planar);
+    int code = make_planar(run, option, is_way, depth, planar);
+    if (code == APP_DONE && is_way)
+        code = add_near_clip(subject, option, planar);
     if (code == APP_DONE && is_way)
         code = drop_weaker(subject, kind, light, planar);
     if (code == APP_DONE && is_way)

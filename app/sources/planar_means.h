@@ -4,6 +4,7 @@
 #define APP_PLANAR_MEANS_H
 
 #include <stdbool.h>
+#include <stddef.h>
 
 #include "rackfocus/rackfocus.h"
 
@@ -16,5 +17,13 @@
  */
 bool planar_means_make(const struct rf_lens *lens, const struct rf_params *params,
                        const struct rf_view *view, float *mean, float *scratch);
+
+/*
+ * The camera's near clip, from which on Cycles counts the way of rays: what is missing
+ * most often from the ways of n pixels to their samples, both planar and in one unit. 0
+ * where most of them fit as they are. Room for n floats in `scratch`.
+ */
+float planar_means_near_clip(const float *depth, const float *way, size_t n,
+                             float *scratch);
 
 #endif

@@ -231,20 +231,23 @@ def test_a_depth_of_what_is_seen(run, tmp_path, is_file):
     assert contrast(tmp_path / "out.exr") < contrast(tmp_path / "plain.exr") / 4
 
 
-def test_the_way_of_the_rays(run, tmp_path):
-    """Cycles' Denoising Depth: along the ray, and anti-aliased."""
+@pytest.mark.parametrize("clip, scale", [(0, 1), (0, 10), (20, 1), (100, 1)])
+def test_the_way_of_the_rays(run, tmp_path, clip, scale):
+    """Cycles' Denoising Depth: along the ray, from the near clip on, anti-aliased."""
     made = channels()
     y, x = numpy.mgrid[0:HEIGHT, 0:WIDTH] + 0.5
     ray = numpy.hypot(numpy.hypot(x - WIDTH / 2, y - HEIGHT / 2) / 1000, 1)
     made["ViewLayer.Denoising Depth.Z"] = (
-        numpy.where(made["Z"] == MIRROR, ROOM, made["Z"] * 1.001) * ray
+        (numpy.where(made["Z"] == MIRROR, ROOM, made["Z"] * 1.001) - clip) * ray / scale
     )
+    seen = numpy.where(made["Z"] == MIRROR, ROOM, 0) / scale
+    made["Z"] = made["Z"] / scale
     path = plainexr.write(tmp_path / "passes.exr", made)
-    done = run(path, "--reflection-depth", "denoising")
+    unit = ("--depth-scale", scale)
+    done = run(path, "--reflection-depth", "denoising", *unit)
     assert "reflections: 50.0 %" in done.stdout
-    seen = numpy.where(made["Z"] == MIRROR, ROOM, 0)
     name = plainexr.write(tmp_path / "seen.exr", {"Z": seen})
-    run(path, "--reflection-depth", name, name="planar.exr")
+    run(path, "--reflection-depth", name, *unit, name="planar.exr")
     a, b = (plainexr.read(tmp_path / n)[0]["G"] for n in ("out.exr", "planar.exr"))
     assert numpy.allclose(a, b, atol=1e-4)
     del made["ViewLayer.Denoising Depth.Z"]
