@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "filter/filter_private.h"
+#include "filter/seen_way.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -380,16 +381,21 @@ static int read_pixels(struct run *run)
 }
 
 /* The mean distances of a view. */
-static bool read_mean_depth(const struct run *run, const struct source *source,
-                            struct rf_view *view)
+static int read_mean_depth(struct run *run, const struct source *source,
+                           struct rf_view *view)
 {
     float *rays;
-    const bool is_read =
-        mean_depth_read_rays(source, run->n_threads, &rays, run->error) &&
-        (!rays || mean_depth_make(rf_filter_lens(run->filter), &run->params, rays, view,
-                                  run->error));
+    int code = mean_depth_read_rays(source, run->n_threads, &rays, run->error)
+                   ? APP_DONE
+                   : fail_image(run);
+    if (code == APP_DONE && rays && !run->has_views && !seen_is_asked(run->tool))
+        code = seen_warn(run, rays);
+    if (code == APP_DONE && rays &&
+        !mean_depth_make(rf_filter_lens(run->filter), &run->params, rays, view,
+                         run->error))
+        code = fail_image(run);
     free(rays);
-    return is_read;
+    return code;
 }
 
 /* Mean distances, where the files have some and the picture is made with them. */
@@ -407,13 +413,13 @@ static int read_mean_depths(struct run *run)
                               "it out",
                               image_path(run->source.colour))
                    : APP_DONE;
-    for (int i = 0; i < filter_n_views(run); i++)
-        if (!read_mean_depth(run,
-                             run->has_views ? &run->views.sources[i] : &run->source,
-                             run->has_views ? &run->views.views[i] : &alone))
-            return fail_image(run);
+    int code = APP_DONE;
+    for (int i = 0; i < filter_n_views(run) && code == APP_DONE; i++)
+        code =
+            read_mean_depth(run, run->has_views ? &run->views.sources[i] : &run->source,
+                            run->has_views ? &run->views.views[i] : &alone);
     run->mean_depth = alone.mean_depth;
-    return APP_DONE;
+    return code;
 }
 
 /* Makes the lens's picture of the pixels at hand in `samples`, packed. */

@@ -12,8 +12,8 @@
 #include "file.h"
 #include "filter/filter_private.h"
 #include "filter/seen_light.h"
+#include "filter/seen_way.h"
 #include "interrupt.h"
-#include "sources/planar_means.h"
 #include "sources/source.h"
 #include "sources/views.h"
 
@@ -74,20 +74,6 @@ static struct subject subject_of(struct run *run, int index)
 
 /* ---- depth from a layer or a file ------------------------------------------------ */
 
-/* What stands for the channel of Cycles that knows the way of rays through mirrors. */
-#define DENOISING "denoising"
-static const char denoising_layer[] = "Denoising Depth";
-
-/* The full name of that channel in the colour's file; NULL: it has none. */
-static const char *find_denoising(const struct source *source)
-{
-    int n;
-    const struct image_channel_info *all = image_channels(source->colour, &n);
-    const int i =
-        seen_find_channel(source, denoising_layer, strlen(denoising_layer), 'Z', -1);
-    return i >= 0 ? all[i].name : NULL;
-}
-
 /* Reads a depth channel of the size of the colour, of the file that an option names or of
  * the views' own; NULL on failure. */
 static float *read_channel(const struct subject *subject, const char *file,
@@ -113,63 +99,6 @@ static float *read_channel(const struct subject *subject, const char *file,
                        : NULL;
     source_close(&source);
     return depth;
-}
-
-/* Planar distances from depths, NAN where they are 0 or less: of the kind that the
- * parameters say, or along the rays, in their unit. */
-static int make_planar(const struct run *run, const char *option, bool is_way,
-                       const float *depth, float *planar)
-{
-    struct rf_params params = run->params;
-    struct rf_filter *filter = NULL;
-    struct rf_error error;
-    const int width = run->source.width, height = run->source.height;
-    const size_t n = (size_t)width * (size_t)height;
-    if (is_way) {
-        const bool has_unit =
-            params.depth == RF_DEPTH_PLANAR || params.depth == RF_DEPTH_RADIAL;
-        params.depth = RF_DEPTH_RADIAL;
-        params.depth_scale = has_unit ? params.depth_scale : 1;
-        params.depth_offset = 0;
-    }
-    /* 0: nothing is seen so. */
-    for (size_t i = 0; i < n; i++)
-        planar[i] = depth[i] > 0 ? depth[i] : 0;
-    const struct rf_image image = rf_image_packed(planar, width, height, 1);
-    rf_result result =
-        rf_filter_create(&filter, run->context, &params, width, height, &error);
-    if (result == RF_OK)
-        result = rf_filter_planar_depth(filter, &image, &image, &error);
-    rf_filter_destroy(filter);
-    for (size_t i = 0; i < n; i++)
-        if (!(depth[i] > 0))
-            planar[i] = NAN;
-    return result == RF_OK
-               ? APP_DONE
-               : app_fail(run->error, APP_FAILED, "--%s: %s", option, error.message);
-}
-
-/* Cycles counts the ways from the near clip on, which the files do not name. */
-static int add_near_clip(const struct subject *subject, const char *option, float *way)
-{
-    const struct run *run = subject->run;
-    const int width = subject->source->width, height = subject->source->height;
-    const size_t n = (size_t)width * (size_t)height;
-    float *depth = app_memory(n, 2 * sizeof(float), run->error);
-    struct rf_error error;
-    if (!depth)
-        return app_code_of(run->error);
-    const struct rf_image planar = rf_image_packed(depth, width, height, 1);
-    const rf_result result =
-        rf_filter_planar_depth(run->filter, &subject->view.depth, &planar, &error);
-    const float near_clip =
-        result == RF_OK ? planar_means_near_clip(depth, way, n, depth + n) : 0;
-    for (size_t i = 0; i < n; i++)
-        way[i] += near_clip;
-    free(depth);
-    return result == RF_OK
-               ? APP_DONE
-               : app_fail(run->error, APP_FAILED, "--%s: %s", option, error.message);
 }
 
 /* Of the ways of rays those that lie behind flat surfaces. */
@@ -225,20 +154,22 @@ static int read_depth(const struct subject *subject, enum seen_kind kind, float 
     const struct run *run = subject->run;
     const char *name = asked_depth(run->tool, kind), *option = kinds[kind].depth_option;
     const bool is_way = strcmp(name, DENOISING) == 0;
-    const char *channel = is_way ? find_denoising(subject->source) : name;
+    const char *channel = is_way ? seen_find_way(subject->source) : name;
     if (!channel)
         return app_fail(
             run->error, APP_FAILED,
             "--%s denoising: %s has no channel %s.Z; in Blender tick Passes > "
             "Data > Denoising Data",
-            option, image_path(subject->source->colour), denoising_layer);
+            option, image_path(subject->source->colour), DENOISING_LAYER);
+    bool fits;
     float *depth = is_file(name) ? read_channel(subject, name, NULL, option)
                                  : read_channel(subject, NULL, channel, option);
     if (!depth)
         return app_code_of(run->error);
-    int code = make_planar(run, option, is_way, depth, planar);
+    int code = seen_make_planar(run, option, is_way, depth, planar);
     if (code == APP_DONE && is_way)
-        code = add_near_clip(subject, option, planar);
+        code = seen_complete_way(run, subject->source, &subject->view, option, light,
+                                 planar, &fits);
     if (code == APP_DONE && is_way)
         code = drop_weaker(subject, kind, light, planar);
     if (code == APP_DONE && is_way)

@@ -219,17 +219,23 @@ float planar_means_near_clip(const float *depth, const float *way, size_t n,
 {
     const size_t step = n / N_ASKED + 1;
     size_t n_known = 0, n_short = 0, n_fitting = 0;
+    float nearest = INFINITY;
     for (size_t i = 0; i < n; i += step)
-        if (depth[i] > 0 && depth[i] < SKY && way[i] > 0)
+        if (depth[i] > 0 && depth[i] < SKY && way[i] > 0) {
+            nearest = fminf(nearest, depth[i]);
             n_known++;
+        }
     /* Ways that go on, in mirrors and behind glass, are longer than their depth. */
     for (size_t i = 0; i < n; i += step)
         if (depth[i] > 0 && depth[i] < SKY && way[i] > 0 && way[i] <= depth[i])
             scratch[n_short++] = depth[i] - way[i];
     qsort(scratch, n_short, sizeof(*scratch), compare_floats);
-    const float missing = usual_of(scratch, n_short);
+    const float missing = n_short > 0 ? usual_of(scratch, n_short) : 0;
     for (size_t i = 0; i < n; i += step)
         n_fitting +=
             depth[i] < SKY && fabsf(depth[i] - way[i] - missing) < FITS * depth[i];
-    return (float)n_fitting > LEAST_FITTING * (float)n_known ? missing : 0;
+    /* Nothing is before the near clip. */
+    return (float)n_fitting > LEAST_FITTING * (float)n_known && missing <= nearest
+               ? missing
+               : NAN;
 }

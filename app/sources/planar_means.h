@@ -20,8 +20,8 @@ bool planar_means_make(const struct rf_lens *lens, const struct rf_params *param
 
 /*
  * The camera's near clip, from which on Cycles counts the way of rays: what is missing
- * most often from the ways of n pixels to their samples, both planar and in one unit. 0
- * where most of them fit as they are. Room for n floats in `scratch`.
+ * most often from the ways of n pixels to their samples, both planar and in one unit. NAN
+ * where a tenth of them does not fit so, or something is before it. Room for n floats in `scratch`.
  */
 float planar_means_near_clip(const float *depth, const float *way, size_t n,
                              float *scratch);

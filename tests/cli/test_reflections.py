@@ -256,6 +256,60 @@ def test_the_way_of_the_rays(run, tmp_path, clip, scale):
     assert "Passes > Data > Denoising Data" in done.stderr
 
 
+def test_sky_in_a_mirror_is_far(run, tmp_path):
+    """Cycles counts nothing for rays that hit nothing; they give no normal."""
+    made = channels()
+    mirror = made["Z"] == MIRROR
+    made["ViewLayer.Denoising Depth.Z"] = made["Z"] * 1.0
+    sky = plainexr.write(tmp_path / "sky.exr", {"Z": numpy.where(mirror, 1e10, 0)})
+    for length in (0, 1):  # a rough mirror has one
+        for c, part in zip("XYZ", (0.6, 0, -0.8), strict=True):
+            normal = numpy.where(mirror, length * part, part)
+            made[f"ViewLayer.Denoising Normal.{c}"] = normal
+        path = plainexr.write(tmp_path / "passes.exr", made)
+        plain = run(path, name="plain.exr")
+        done = run(path, "--reflection-depth", "denoising")
+        if length == 1:
+            assert "nothing seen in mirrors" in done.stderr
+            assert "mirrors" not in plain.stderr
+            continue
+        assert "reflections: 50.0 %" in done.stdout
+        assert "50 % of the picture is seen in flat mirrors" in plain.stderr
+        assert ", and blurred by the distance of these; --reflect" in plain.stderr
+        assert "mirrors" not in done.stderr
+        run(path, "--reflection-depth", sky, name="far.exr")
+        a, b = (plainexr.read(tmp_path / n)[0]["G"] for n in ("out.exr", "far.exr"))
+        assert numpy.allclose(a, b, atol=1e-4)
+
+
+@pytest.mark.parametrize("has_light", [False, True])
+def test_mirrors_that_nobody_asked_for_are_told(run, tmp_path, has_light):
+    made = {n: a for n, a in channels().items() if has_light or "Gloss" not in n}
+    flat = numpy.full_like(made["Z"], WALL)
+    made["ViewLayer.Denoising Depth.Z"] = numpy.where(
+        made["Z"] == MIRROR, ROOM, made["Z"]
+    )
+    path = plainexr.write(tmp_path / "passes.exr", made)
+    said = run(path, "--reflection-depth", "denoising").stderr if has_light else ""
+    assert "blurred by the distance" not in said
+    said = run(path).stderr
+    assert "50 % of the picture is seen in flat mirrors" in said
+    assert ("save Passes > Light > Glossy" in said) != has_light
+    made |= {"Z": flat, "ViewLayer.Denoising Depth.Z": flat}
+    path = plainexr.write(tmp_path / "passes.exr", made)
+    assert "flat mirrors" not in run(path).stderr
+
+
+def test_a_frame_of_sky_alone(run, tmp_path):
+    made = channels()
+    made["Z"] = numpy.full_like(made["Z"], 1e10)
+    made["ViewLayer.Denoising Depth.Z"] = numpy.zeros_like(made["Z"])
+    path = plainexr.write(tmp_path / "passes.exr", made)
+    assert "mirrors" not in run(path).stderr
+    done = run(path, "--reflection-depth", "denoising")
+    assert "nothing seen in mirrors" in done.stderr
+
+
 def test_a_way_is_that_of_the_stronger_light(run, tmp_path):
     made = channels()
     made["ViewLayer.Denoising Depth.Z"] = numpy.where(
