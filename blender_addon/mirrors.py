@@ -27,7 +27,7 @@ PASSES = tuple(
     for part in ("direct", "indirect", "color")
 )
 WAY_SWITCH = "denoising_store_passes"  # of a view layer's cycles, in old records
-WAY, NOISY = "Denoising Depth", "Noisy Image"
+WAY, NORMAL, NOISY = "Denoising Depth", "Denoising Normal", "Noisy Image"
 RECORD = "mirrors"  # {layer: what it got switched on}, in the scene's record
 #: Direct, indirect, colour; Blender 5 writes names in full.
 NAMES = (
@@ -48,6 +48,7 @@ class Seen(NamedTuple):
     lights: tuple  # of each kind nine: R, G, B of direct, indirect, colour
     noisy: tuple  # R, G, B of the picture before Cycles' denoiser; (): that was off
     way: np.ndarray  # length of the rays' way, scene units
+    normal: tuple = ()  # X, Y, Z of what is rough; (): not known
 
     def part(self, rows_and_columns):
         """The same of a part of the picture."""
@@ -58,6 +59,7 @@ class Seen(NamedTuple):
             ),
             tuple(plane[rows_and_columns] for plane in self.noisy),
             self.way[rows_and_columns],
+            tuple(plane[rows_and_columns] for plane in self.normal),
         )
 
 
@@ -141,8 +143,12 @@ def seen_of(channels, layer, tail=""):
                 break
     if way is None or len(lights) < len(NAMES):
         return None
-    noisy = tuple(channels.get(f"{layer}.{NOISY}{tail}.{c}") for c in "RGB")
-    return Seen(tuple(lights), () if any(p is None for p in noisy) else noisy, way)
+
+    def planes_of(name, letters):
+        planes = tuple(channels.get(f"{layer}.{name}{tail}.{c}") for c in letters)
+        return () if any(plane is None for plane in planes) else planes
+
+    return Seen(tuple(lights), planes_of(NOISY, "RGB"), way, planes_of(NORMAL, "XYZ"))
 
 
 def _light(planes):
@@ -170,12 +176,24 @@ def lights_of(made, layer, params, near_clip, threads):
     planar[way <= 0] = np.nan
     lights = _clean_lights(layer)
     sums = [light.sum(-1) for light in lights]
+    ends = _ends_on_no_surface(layer, planar)
+    whole = layer.colour[..., :3].sum(-1)
     found = []
     for light, own, other in zip(lights, sums, sums[::-1], strict=True):
         distance = np.where(own < other, np.nan, planar).astype(np.float32)
+        distance[ends & (own > whole / 2) & (own >= other)] = np.inf
         made.seen_way(layer.colour, layer.depth, light, distance, distance)
         found.append((light, distance))
     return found
+
+
+def _ends_on_no_surface(layer, planar):
+    """Where rays went from a surface and hit nothing: Cycles counts nothing for them
+    (before 5.2), and no rough surface gave a normal. What glows gives none, too."""
+    if not layer.seen.normal:
+        return np.zeros(planar.shape, bool)
+    squares = sum(plane * plane for plane in layer.seen.normal)
+    return (squares < 0.25) & (planar < 1.02 * layer.depth)
 
 
 def _clean_lights(layer):

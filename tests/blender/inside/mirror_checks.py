@@ -10,6 +10,9 @@ from common import addon, last_message, start
 check = Checks()
 
 
+FAR = 1e6  # sky
+
+
 def _mirror_before_cubes(scene):
     """A mirror in focus that fills the frame, and cubes behind the camera."""
     for item in [o for o in scene.objects if o.type == "MESH"]:
@@ -82,7 +85,8 @@ def the_way_in_mirrors_counts_from_the_camera():
 
     def watched(*about):
         found = lights_of(*about)
-        distances.append(np.nanmedian(found[0][1]))
+        distance = found[0][1]
+        distances.append(np.nanmedian(distance[distance < FAR]))
         return found
 
     module.lights_of = watched
@@ -94,6 +98,32 @@ def the_way_in_mirrors_counts_from_the_camera():
         module.lights_of = lights_of
     # 3 to the mirror, and 5.75 from there to the cubes times its colour, 0.8.
     assert np.allclose(distances, 7.6, atol=0.05), distances
+
+
+@check
+def sky_in_mirrors_is_far():
+    """Rays that hit nothing add nothing to their way (before 5.2)."""
+    scene, data = start(mirrors=True)
+    _mirror_before_cubes(scene)
+    for item in [o for o in scene.objects if o.name.startswith("cube")]:
+        bpy.data.objects.remove(item)
+    scene.world = scene.world or bpy.data.worlds.new("sky")
+    scene.world.use_nodes = True
+    scene.world.node_tree.nodes["Background"].inputs["Color"].default_value = (1,) * 4
+    module, distances = addon("mirrors"), []
+    lights_of = module.lights_of
+
+    def watched(*about):
+        found = lights_of(*about)
+        distances.append(found[0][1])
+        return found
+
+    module.lights_of = watched
+    try:
+        shot(scene, "mi.exr")
+    finally:
+        module.lights_of = lights_of
+    assert (distances[0][10:-10, 10:-10] > FAR).all(), distances[0]
 
 
 @check
