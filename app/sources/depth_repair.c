@@ -40,12 +40,23 @@ static bool is_position(const struct source *source, const char *channel)
     return false;
 }
 
-/* Depth along the ray: Mitsuba's LAYER.T and Karma's hitdist. */
-static bool is_of_ray(const char *channel)
+/* Who names depth along the ray like this: Mitsuba LAYER.T, Karma hitdist, Iray Distance
+ * or Distance.X; NULL: nobody. */
+static const char *names_of_ray(const char *channel)
 {
-    const size_t length = strlen(channel);
-    return (length > 2 && strcmp(channel + length - 2, ".T") == 0) ||
-           strcasestr(channel, "hitdist");
+    static const char word[] = "distance";
+    const size_t length = strlen(channel), n = sizeof(word) - 1;
+    if (length > 2 && strcmp(channel + length - 2, ".T") == 0)
+        return "Mitsuba";
+    if (strcasestr(channel, "hitdist"))
+        return "Karma";
+    for (const char *at = channel; (at = strcasestr(at, word)); at++) {
+        const char *end = at + n, *dot = strchr(end, '.');
+        if ((at == channel || at[-1] == '.') &&
+            (*end == '\0' || (dot == end && !strchr(dot + 1, '.'))))
+            return "Iray";
+    }
+    return NULL;
 }
 
 /* What the names of the channels say. */
@@ -64,7 +75,7 @@ static void judge_names(struct depth_findings *found, const struct source *sourc
     found->is_kind_open = settings_origin(settings, "depth") == ORIGIN_DEFAULT;
     found->is_named_other = found->is_kind_open && names_other(name);
     found->is_position = found->is_kind_open && is_position(source, name);
-    found->is_of_ray = found->is_kind_open && is_of_ray(name);
+    found->is_of_ray = found->is_kind_open && names_of_ray(name);
 }
 
 /* Distances only: of other kinds 16 bit are coarse in their own way. */
@@ -331,8 +342,7 @@ bool depth_is_doubtful(const struct depth_findings *found, char *text, size_t n_
         snprintf(text, n_bytes,
                  "is %s, taken for distances along the axis; %s names those along the "
                  "ray so: say --depth radial, or --depth planar if they are not",
-                 found->channel,
-                 strcasestr(found->channel, "hitdist") ? "Karma" : "Mitsuba");
+                 found->channel, names_of_ray(found->channel));
     else if (found->is_whole)
         return say_whole(found, text, n_bytes);
     else if (found->numbers.n_beyond > 0)

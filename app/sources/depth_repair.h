@@ -33,7 +33,7 @@ struct depth_findings {
     struct depth_ratio ratio; /* in which averages were measured and are mended */
     bool is_named_other;      /* the channel's name says that it holds no distances */
     bool is_position;         /* the third of Px, Py, Pz */
-    bool is_of_ray;           /* NAME.T or hitdist, distances along the ray */
+    bool is_of_ray;           /* NAME.T, hitdist, distance: along the ray */
     bool is_whole; /* whole numbers that nobody said the meaning or the scale of */
     bool is_uint;  /* the channel's type */
     /* How a range that goes on beyond 1 becomes one within it, as options; "": it is. */

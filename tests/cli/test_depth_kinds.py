@@ -595,10 +595,12 @@ def test_karmas_depth(filtered, name):
         assert said == "" and difference(got, want) == 0
 
 
-def test_karmas_distance_along_the_ray(filtered):
-    _, said = filtered(renamed("ray:hitdist"))
-    assert "ray:hitdist, taken for" in said and "--depth radial" in said
-    assert filtered(renamed("ray:hitdist"), "--depth", "radial")[1] == ""
+@pytest.mark.parametrize("name", ["ray:hitdist", "distance", "Distance.R"])
+def test_distances_along_the_ray(filtered, name):
+    """Karma's and Iray's."""
+    _, said = filtered(renamed(name))
+    assert f"{name}, taken for" in said and "--depth radial" in said
+    assert filtered(renamed(name), "--depth", "radial")[1] == ""
 
 
 def test_a_vector_that_was_hit_is_no_depth(filtered):
