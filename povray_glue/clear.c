@@ -7,8 +7,8 @@
 
 #include "text.h"
 
-/* What mirrors less keeps its own depth (through.c). */
-#define LEAST_MIRRORED 0.5
+/* What mirrors less is seldom so dark that it shows little else (through.c). */
+#define LEAST_MIRRORED 0.1
 /* Components of a colour from which on it says how much it lets through. */
 #define CLEAR_COMPONENTS 4
 

@@ -17,7 +17,7 @@ struct clear_names {
 void clear_note_declared(struct clear_names *names, const struct tokens *tokens);
 
 /* Does a file of the scene's own speak of them: by a colour with filter or transmit, by a
- * reflection of half of the light or more or of an unknown share, by one of the names, or
+ * reflection of a tenth of the light or more or of an unknown share, by one of the names, or
  * by a name of its own with "glass" in it? */
 bool clear_is_spoken_of(const struct clear_names *names, const struct tokens *tokens);
 

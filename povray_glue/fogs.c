@@ -31,7 +31,7 @@ static bool start_fog(struct povray_scene *scene, const struct shot *shot,
     struct text tail = {0};
     shot_add_camera(&tail, shot);
     text_addf(&tail, "global_settings{max_trace_level %d",
-              fogs->is_through ? THROUGH_LEVELS : 1);
+              fogs->is_through && distance > 0 ? THROUGH_LEVELS : 1);
     /* Indirect light would cost time, and the fogs would light things differently; the
      * last setting wins. POV-Ray takes a max_sample of 0 for none. */
     if (scene->sources.has_radiosity)
@@ -85,7 +85,10 @@ bool fogs_start(struct povray_scene *scene, const struct shot *shot,
                        fogs->light, error))
             return false;
     }
-    return true;
+    /* Without indirect light they would be too dark. */
+    return !fogs->is_through || scene->sources.has_radiosity ||
+           scene->sources.has_photons ||
+           start_fog(scene, shot, fogs, &fogs->own, "own", 0, 0, error);
 }
 
 void fogs_stop(struct fog_runs *fogs)
@@ -96,6 +99,7 @@ void fogs_stop(struct fog_runs *fogs)
     }
     for (int i = 0; i < 2; i++)
         run_stop(&fogs->dark[i]);
+    run_stop(&fogs->own);
 }
 
 /* Pictures of the fogs as they are read: without fog, near and far lit, near and far
@@ -213,6 +217,8 @@ int fogs_list(struct fog_runs *fogs, struct run **list, int n)
         if (fogs->fogged[i].folder)
             list[n++] = &fogs->fogged[i];
     }
+    if (fogs->own.folder)
+        list[n++] = &fogs->own;
     return n;
 }
 
@@ -221,7 +227,7 @@ bool fogs_repeat(struct povray_scene *scene, const struct shot *shot,
                  struct povray_error *error)
 {
     struct fog_runs fogs = {.mode = mode, .is_linear = is_linear};
-    struct run *list[2 * FOGS_MOST];
+    struct run *list[FOGS_RUNS];
     bool is_good = fogs_start(scene, shot, &fogs, error) &&
                    scene_wait(scene, list, fogs_list(&fogs, list, 0), error) &&
                    fogs_read(scene, shot, &fogs, passes, error);

@@ -15,6 +15,7 @@
  * as bright as the fog. Begin with {0}; those without a folder are not used. */
 struct fog_runs {
     struct run bases[FOGS_MOST], fogged[FOGS_MOST], dark[2];
+    struct run own; /* with is_through: the light of the first surfaces alone */
     double light, distances[FOGS_MOST];
     /* For fogs_start to read. */
     enum rewrite_mode mode;
@@ -33,8 +34,9 @@ bool fogs_start(struct povray_scene *scene, const struct shot *shot,
 void fogs_stop(struct fog_runs *fogs);
 
 /* Adds those that were started to a list of n; returns its new length, at most
- * n + 2 FOGS_MOST.
+ * n + FOGS_RUNS.
  */
+enum { FOGS_RUNS = 2 * FOGS_MOST + 1 };
 int fogs_list(struct fog_runs *fogs, struct run **list, int n);
 
 /* Sets passes->depth, allocated where NULL, and n_inside from renders that have ended.

@@ -110,7 +110,7 @@ static bool restart_job(struct povray_scene *scene, struct job *job, struct shot
 static bool run_job(struct povray_scene *scene, struct job *job,
                     struct povray_passes *passes, struct povray_error *error)
 {
-    struct run *list[1 + 2 * FOGS_MOST] = {&job->colour}, *probe = &job->probe;
+    struct run *list[1 + FOGS_RUNS] = {&job->colour}, *probe = &job->probe;
     struct shot shot;
     if (!start_job(scene, job, &shot, error))
         return false;
@@ -207,7 +207,7 @@ static bool start_view(struct povray_scene *scene, struct view_job *job, int vie
 static bool finish_view(struct povray_scene *scene, struct view_job *job,
                         struct povray_passes *passes, struct povray_error *error)
 {
-    struct run *list[1 + 2 * FOGS_MOST] = {&job->colour};
+    struct run *list[1 + FOGS_RUNS] = {&job->colour};
     enum rewrite_mode mode;
     *passes = (struct povray_passes){.camera = scene->camera,
                                      .supersample = scene->supersample,

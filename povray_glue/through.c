@@ -31,6 +31,10 @@
 #define LEAST_BEHIND 0.02
 /* A surface that shows more of itself than of what is behind keeps its own depth. */
 #define LEAST_SHARE 0.5
+/* Where less of the fog's light comes from behind, that may still be most of the
+ * picture's: a dark floor mirrors little, and shows nothing else. Of the light of a pixel
+ * so much may be its own. */
+#define MOST_OWN 0.25
 /* Share of the nearest fog's light that must reach the surface. */
 #define LEAST_LIGHT 1e-2
 /* Distances behind the surface that are tried, of that of the nearest fog: each so many
@@ -52,10 +56,16 @@
 #define GLANCE_PX 80
 #define GLANCE_SHARE 0.05
 #define GLANCE_BLUR 1.0
+/* What is seen in weak mirrors counts as so far behind them, distances of the glance's
+ * fog: one fog tells its share only together with its distance. */
+#define WEAK_BEHIND 2
 
 struct through {
     struct decode_picture lit[FOGS_MOST], dark[FOGS_MOST];
-    double distances[FOGS_MOST], light, axis_length;
+    struct decode_picture
+        own; /* light of the first surfaces, in an assumed_gamma of 1 */
+    const struct povray_passes *passes;
+    double gamma, distances[FOGS_MOST], light, axis_length;
     const struct povray_camera *camera;
     int32_t width, height, step;
     bool is_glance;
@@ -75,6 +85,24 @@ static double fog_share(const struct through *t, int fog, size_t i)
         sum += (double)t->lit[fog].rgba[4 * i + c] -
                (t->dark[fog].rgba ? (double)t->dark[fog].rgba[4 * i + c] : 0);
     return sum / (3 * t->light);
+}
+
+/* Does most of a pixel's light come from behind its surface? */
+static bool is_mostly_behind(const struct through *t, size_t i)
+{
+    if (!t->own.rgba)
+        return false;
+    const struct povray_passes *all = t->passes;
+    const int64_t x = (int64_t)i % t->width, y = (int64_t)i / t->width;
+    const int64_t px = (2 * x + 1) * all->width / (2 * t->width);
+    const int64_t py = (2 * y + 1) * all->height / (2 * t->height);
+    const float *rgb = all->colour + 4 * (py * all->width + px);
+    double own = 0, whole = 0;
+    for (size_t c = 0; c < 3; c++) {
+        own += (double)t->own.rgba[4 * i + c];
+        whole += pow(fmax((double)rgb[c], 0), 1 / t->gamma);
+    }
+    return own < MOST_OWN * whole;
 }
 
 /* What comes from behind a surface, in each fog. */
@@ -152,9 +180,10 @@ static double distance_through(const struct through *t, size_t i, double first)
     if (behind.light[0] < LEAST_BEHIND)
         return first;
     const double more = fit(&behind, &s, &r);
-    if (s >= LEAST_SHARE)
+    const double least = is_mostly_behind(t, i) ? fmax(s, r) : LEAST_SHARE;
+    if (s >= least)
         return first + more;
-    return r >= LEAST_SHARE ? INFINITY : first;
+    return r >= least ? INFINITY : first;
 }
 
 /* The same from one fog, at least so far. */
@@ -162,9 +191,11 @@ static double distance_at_glance(const struct through *t, size_t i, double first
 {
     const double e = exp(-first / t->distances[0]);
     const double behind = (fog_share(t, 0, i) - (1 - e)) / e;
-    return e >= LEAST_LIGHT && behind >= LEAST_SHARE
-               ? first - t->distances[0] * log(fmax(1 - behind, LEAST_LIGHT))
-               : first;
+    if (e < LEAST_LIGHT || behind < LEAST_BEHIND)
+        return first;
+    if (behind >= LEAST_SHARE)
+        return first - t->distances[0] * log(fmax(1 - behind, LEAST_LIGHT));
+    return is_mostly_behind(t, i) ? first + WEAK_BEHIND * t->distances[0] : first;
 }
 
 static double distance_seen(const struct through *t, size_t i, double first)
@@ -262,12 +293,20 @@ static void choose_rows(void *data, int64_t begin, int64_t end, int thread)
     t->n_through += n_through;
 }
 
+static bool read_own(struct povray_scene *scene, const struct fog_runs *runs,
+                     const struct povray_passes *size, struct through *t,
+                     struct povray_error *error)
+{
+    return !runs->own.folder || (scene_read(scene, &runs->own, &t->own, error) &&
+                                 scene_same_size(scene, size, &t->own, error));
+}
+
 static bool render(struct povray_scene *scene, const struct shot *shot,
                    enum rewrite_mode mode, const struct povray_passes *passes,
                    struct through *t, struct povray_error *error)
 {
     struct fog_runs runs = {.mode = mode, .is_linear = true, .is_through = true};
-    struct run *list[2 * FOGS_MOST];
+    struct run *list[FOGS_RUNS];
     bool is_good = fogs_start(scene, shot, &runs, error) &&
                    scene_wait(scene, list, fogs_list(&runs, list, 0), error);
     for (int i = 0; i < FOGS_MOST && is_good; i++)
@@ -275,6 +314,7 @@ static bool render(struct povray_scene *scene, const struct shot *shot,
                   scene_same_size(scene, passes, &t->lit[i], error) &&
                   scene_read(scene, &runs.bases[i], &t->dark[i], error) &&
                   scene_same_size(scene, passes, &t->dark[i], error);
+    is_good = is_good && read_own(scene, &runs, passes, t, error);
     for (int i = 0; i < FOGS_MOST; i++)
         t->distances[i] = runs.distances[i];
     t->light = runs.light;
@@ -322,12 +362,13 @@ static bool render_glance(struct povray_scene *scene, const struct shot *shot,
 {
     struct fog_runs runs = {
         .mode = mode, .is_linear = true, .is_through = true, .is_glance = true};
-    struct run *list[2 * FOGS_MOST];
+    struct run *list[FOGS_RUNS];
     const struct povray_passes size = {.width = t->width, .height = t->height};
     const bool is_good = fogs_start(scene, shot, &runs, error) &&
                          scene_wait(scene, list, fogs_list(&runs, list, 0), error) &&
                          scene_read(scene, &runs.fogged[0], &t->lit[0], error) &&
-                         scene_same_size(scene, &size, &t->lit[0], error);
+                         scene_same_size(scene, &size, &t->lit[0], error) &&
+                         read_own(scene, &runs, &size, t, error);
     t->distances[0] = runs.distances[0];
     t->light = runs.light;
     fogs_stop(&runs);
@@ -359,7 +400,9 @@ static bool glance(struct povray_scene *scene, const struct shot *shot,
     small.width = GLANCE_PX;
     small.height =
         (int32_t)fmax(1, rint(GLANCE_PX * (double)shot->height / shot->width));
-    struct through t = {.axis_length = vector_length(scene->camera.direction),
+    struct through t = {.passes = passes,
+                        .gamma = scene->space.gamma,
+                        .axis_length = vector_length(scene->camera.direction),
                         .camera = &shot->camera,
                         .width = small.width,
                         .height = small.height,
@@ -389,6 +432,7 @@ static bool glance(struct povray_scene *scene, const struct shot *shot,
                     : "");
     }
     free(t.lit[0].rgba);
+    free(t.own.rgba);
     free(t.made);
     free(t.bends);
     free(depth);
@@ -403,7 +447,9 @@ bool through_look(struct povray_scene *scene, const struct shot *shot,
         return !scene->options.warns_by_look || !scene->sources.has_clear ||
                scene->has_glanced || glance(scene, shot, mode, passes, error);
     const size_t n_pixels = (size_t)passes->width * (size_t)passes->height;
-    struct through t = {.axis_length = vector_length(scene->camera.direction),
+    struct through t = {.passes = passes,
+                        .gamma = scene->space.gamma,
+                        .axis_length = vector_length(scene->camera.direction),
                         .camera = &shot->camera,
                         .width = passes->width,
                         .height = passes->height,
@@ -418,6 +464,7 @@ bool through_look(struct povray_scene *scene, const struct shot *shot,
         free(t.lit[i].rgba);
         free(t.dark[i].rgba);
     }
+    free(t.own.rgba);
     free(t.made);
     free(t.bends);
     return is_good;

@@ -48,8 +48,9 @@ def depth(rackfocus, tmp_path):
         (PANE.replace("THING", ""), "2.2", 4, 14),
         (PANE.replace("THING", "rotate y*25"), "1.0", None, 14),
         (MIRROR, "1.0", 4, 11),
+        (MIRROR.replace("0.8", "0.3"), "2.2", 4, 11),
     ],
-    ids=["pane", "pane 2.2", "turned pane", "mirror"],
+    ids=["pane", "pane 2.2", "turned pane", "mirror", "dark mirror 2.2"],
 )
 def test_what_is_seen_there_has_its_own_depth(depth, more, gamma, without, through):
     """The whole way of the ray; without the option that of the first surface."""
@@ -94,6 +95,7 @@ CLEAR = {
 }
 MIRRORS = {
     "number": "reflection 0.8",
+    "dark": "reflection 0.3",
     "colour": "reflection rgb <0.6, 0.8, 0.8>",
     "block": "reflection { 0.7, 0.9 fresnel off falloff 1 }",
     "variable": "reflection #local Share = 0.8; Share",
