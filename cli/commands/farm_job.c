@@ -76,22 +76,21 @@ static void print_sbatch(FILE *file, const struct farm_job *job)
     if (job->n_views > 0)
         fprintf(file,
                 "views=$(sbatch --parsable --array=1-%d --cpus-per-task=%d \\\n"
-                "    --output=\"$self.logs/%%A_%%a_views.log\" \"$@\" \"$self\" views) "
+                "    --output=\"$logs/%%A_%%a_views.log\" \"$@\" \"$self\" views) "
                 "|| exit\n"
                 "echo \"views: job ${views%%%%;*}, %d tasks\"\n",
                 job->n_chunks * job->n_views, n_threads, job->n_chunks * job->n_views);
-    fprintf(
-        file,
-        "id=$(sbatch --parsable --array=1-%d --cpus-per-task=%d%s \\\n"
-        "    --output=\"$self.logs/%%A_%%a.log\" \"$@\" \"$self\" frames) || exit\n"
-        "id=${id%%%%;*}\n"
-        "check=$(sbatch --parsable --dependency=\"afterany:$id\" \\\n"
-        "    --output=\"$self.logs/%%j_check.log\" \"$@\" \"$self\" check) || exit\n"
-        "echo \"frames: job $id, %d tasks; check: job ${check%%%%;*}; "
-        "logs: $self.logs\"\n",
-        job->n_chunks, n_threads,
-        job->n_views > 0 ? " --dependency=\"afterany:${views%%;*}\"" : "",
-        job->n_chunks);
+    fprintf(file,
+            "id=$(sbatch --parsable --array=1-%d --cpus-per-task=%d%s \\\n"
+            "    --output=\"$logs/%%A_%%a.log\" \"$@\" \"$self\" frames) || exit\n"
+            "id=${id%%%%;*}\n"
+            "check=$(sbatch --parsable --dependency=\"afterany:$id\" \\\n"
+            "    --output=\"$logs/%%j_check.log\" \"$@\" \"$self\" check) || exit\n"
+            "echo \"frames: job $id, %d tasks; check: job ${check%%%%;*}; "
+            "logs: $self.logs\"\n",
+            job->n_chunks, n_threads,
+            job->n_views > 0 ? " --dependency=\"afterany:${views%%;*}\"" : "",
+            job->n_chunks);
 }
 
 static void print_slurm(FILE *file, const void *data)
@@ -123,7 +122,8 @@ static void print_slurm(FILE *file, const void *data)
           "    echo \"rackfocus: sbatch: not found; submit where Slurm is: sh "
           "$self\" >&2\n"
           "    exit 1\n}\n"
-          "mkdir -p \"$self.logs\" || exit 1\n",
+          "mkdir -p \"$self.logs\" || exit 1\n"
+          "logs=$(printf %s \"$self.logs\" | sed 's/%/%%/g') # of sbatch's patterns\n",
           file);
     print_sbatch(file, job);
 }

@@ -33,10 +33,10 @@ def make_frame(path, i, size=(192, 108)):
 
 @pytest.fixture
 def shot(tmp_path):
-    """Makes frames 1 to n in a folder whose name a shell would take apart."""
+    """Makes frames 1 to n in a folder whose name a shell or sbatch would take apart."""
 
     def make(n):
-        folder = tmp_path / "it's a $HOME"
+        folder = tmp_path / "it's a $HOME of 9%A"
         folder.mkdir()
         for i in range(1, n + 1):
             make_frame(folder / f"shot.{i:04d}.exr", i)
