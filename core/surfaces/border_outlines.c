@@ -20,7 +20,7 @@
 #include "rackfocus/rackfocus.h"
 
 /* Pixels inwards that an outline is followed: at the most, and at the least to tell how
- * it leans. */
+ * it leans. (The worth of all thresholds here: docs/notebook/border.md.) */
 enum { FOLLOWED = 32, LEAST_FOLLOWED = 8 };
 /* px that an outline's middle lies off the line through its ends, for it to be bowed. */
 static const float BOWED = 1;
