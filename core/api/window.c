@@ -21,7 +21,7 @@
  * T passes the levels four times: visible and hidden samples, near and far. A pixel so
  * depends on surfaces within 16 2^L + F + S, on those behind hidden samples within
  * 8 2^L + F + H + S, on those that stand before highlights within 3 R + S, and beyond
- * the border, within R, on what is up to 6 B beside it (border_outlines.h). Tiles of
+ * the border, within R, on what is up to 7 B beside it (border_outlines.h). Tiles of
  * the levels must be those of the whole picture, since sums are in their order: windows
  * begin at multiples of the coarsest one. They may end anywhere.
  *

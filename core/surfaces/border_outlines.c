@@ -31,6 +31,8 @@ static const float BOWED = 1;
 static const float BENT = 0.25f, BENT_PER_PX = 1.0f / 16;
 /* Lines per px of what leans most. */
 enum { STEEPEST = 2 };
+/* Lines beside an outline that may show what is on its other side. */
+enum { RIM = 2 };
 /* Lines that an outline must move by to lean. */
 static const float UPRIGHT = 0.5f;
 
@@ -179,8 +181,40 @@ static void lay(const struct rf_border_radii *s, const struct rf_outline *o, int
     }
 }
 
+static const struct rf_outline *surface_of(const struct rf_outlines *outlines, int line)
+{
+    int low = 0, high = outlines->n - 1;
+    while (low < high) {
+        int middle = (low + high + 1) / 2;
+        if (outlines->at[middle].begin <= line)
+            low = middle;
+        else
+            high = middle - 1;
+    }
+    return &outlines->at[low];
+}
+
+/*
+ * Fills n places, from one on by `step`, with the surface of the line `from` beside them:
+ * with its lines from there on, to and fro, but not with pixels that may show both.
+ */
+static void fill_by(const struct rf_outlines *outlines, const struct rf_border_radii *s,
+                    int from, int step, int n, int *place)
+{
+    const struct rf_outline *o = surface_of(outlines, from);
+    int n_lines = step > 0 ? from - o->begin + 1 : o->end - from;
+    int skipped = rf_min_int(RIM, n_lines - 1);
+    n_lines = rf_min_int(n_lines - skipped, s->border);
+    for (int i = 0; i < n; i++) {
+        int at = i % (2 * n_lines);
+        at = skipped + (at < n_lines ? at : 2 * n_lines - 1 - at);
+        place[step * i] = from - step * at;
+    }
+}
+
 /* Fills places where surfaces parted with the farther one beside them. */
-static void fill(const struct rf_border_radii *s, int *line)
+static void fill(const struct rf_outlines *outlines, const struct rf_border_radii *s,
+                 int *line)
 {
     int n = s->n_lines;
     for (int begin = 0, end; begin < n; begin = end + 1) {
@@ -191,8 +225,10 @@ static void fill(const struct rf_border_radii *s, int *line)
         int before = begin > 0 ? line[begin - 1] : -1, after = end < n ? line[end] : -1;
         bool is_before = after < 0 || (before >= 0 && radius_at(s, before, 0) >=
                                                           radius_at(s, after, 0));
-        for (int i = begin; i < end; i++)
-            line[i] = is_before ? before : after;
+        if (is_before)
+            fill_by(outlines, s, before, 1, end - begin, &line[begin]);
+        else
+            fill_by(outlines, s, after, -1, end - begin, &line[end - 1]);
     }
 }
 
@@ -205,5 +241,5 @@ void rf_outlines_at(const struct rf_outlines *outlines, const struct rf_border_r
         return;
     for (int i = 0; i < outlines->n; i++)
         lay(s, &outlines->at[i], k, line);
-    fill(s, line);
+    fill(outlines, s, line);
 }

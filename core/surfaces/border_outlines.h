@@ -23,11 +23,11 @@ static inline bool rf_is_same_surface(float a, float b)
 
 /*
  * How far beside its own line a pixel beyond the border depends on what is at the border,
- * in parts of the continued width: outlines lean by 2 px per px, what fills the gap where
- * two surfaces part lies as far beside it, and light is taken from twice that width
- * (border.c).
+ * in parts of the continued width: outlines lean by 2 px per px, the gap where surfaces
+ * part is as wide as two of them make it and filled from as far as that width beside it,
+ * and light is taken from twice that width (border.c).
  */
-enum { RF_BESIDE_BORDER = 6 };
+enum { RF_BESIDE_BORDER = 7 };
 
 /* Radii, px, of lines of pixels that begin at the border. */
 struct rf_border_radii {
