@@ -166,12 +166,20 @@ static float moved(const struct rf_outline *o, int side, int k)
     return (float)side + (float)k * (o->slope[0] * before + o->slope[1] * after);
 }
 
-/* Lays a surface where nothing nearer is. */
-static void lay(const struct rf_border_radii *s, const struct rf_outline *o, int k,
-                int *line)
+/* Lays a surface where nothing nearer is; not with lines that may show a nearer one
+ * beside it which leans. */
+static void lay(const struct rf_outlines *outlines, const struct rf_border_radii *s,
+                const struct rf_outline *o, int k, int *line)
 {
-    float to = moved(o, o->begin, k);
-    for (int i = o->begin; i < o->end; i++) {
+    int begin = o->begin, end = o->end;
+    if (o > outlines->at && o[-1].slope[1] != 0)
+        begin += RIM;
+    if (o < outlines->at + outlines->n - 1 && o[1].slope[0] != 0)
+        end -= RIM;
+    if (begin >= end)
+        begin = o->begin, end = o->end;
+    float to = moved(o, begin, k);
+    for (int i = begin; i < end; i++) {
         float from = to;
         to = moved(o, i + 1, k);
         int first = rf_max_int((int)ceilf(from - 0.5f), 0);
@@ -240,6 +248,6 @@ void rf_outlines_at(const struct rf_outlines *outlines, const struct rf_border_r
     if (outlines->are_upright)
         return;
     for (int i = 0; i < outlines->n; i++)
-        lay(s, &outlines->at[i], k, line);
+        lay(outlines, s, &outlines->at[i], k, line);
     fill(outlines, s, line);
 }
