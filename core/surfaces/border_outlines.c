@@ -3,9 +3,10 @@
  * What is cut by the border goes on as it leans: a stalk that leaves the picture aslant
  * does not stand upright beyond it, where it would hide other things from the lens. An
  * outline is where the radius steps at the border, and belongs to the nearer surface. It
- * is followed inwards, as far as it is smooth, and goes on along its tangent, by the line of
- * least squares or, where it is bowed, the parabola. The nearer surface is seen where two meet, the farther one where they part.
- * Ours.
+ * is followed inwards, as far as it is smooth, and goes on along its tangent, by the line
+ * of least squares or, where it is bowed, the parabola. The nearer surface is seen where
+ * two meet, the farther one where they part. There is always one that owns no outline,
+ * which stays: surfaces are one more than outlines. Ours.
  */
 #include "surfaces/border_outlines.h"
 
