@@ -71,23 +71,29 @@ def drive(cube, path):
     driver.expression = f"{cube.location.x} + read"
 
 
-def follow_camera(cube, camera):
-    """Moves a cube by what Geometry Nodes know of the active camera."""
-    tree = bpy.data.node_groups.new("follow", "GeometryNodeTree")
+def add_mover(item, *kinds):
+    """Geometry Nodes that move a mesh, and more of these kinds.
+
+    Returns the links of their tree, these nodes, and the input that the mesh moves by.
+    """
+    tree = bpy.data.node_groups.new("move", "GeometryNodeTree")
     for way in ("INPUT", "OUTPUT"):
         kind = "NodeSocketGeometry"
         tree.interface.new_socket("Geometry", in_out=way, socket_type=kind)
-    kinds = ("InputActiveCamera", "ObjectInfo", "Transform")
-    active, info, move = (tree.nodes.new(f"GeometryNode{kind}") for kind in kinds)
     first, last = (tree.nodes.new(f"NodeGroup{kind}") for kind in ("Input", "Output"))
-    for source, target in (
-        (active.outputs[0], info.inputs["Object"]),
-        (info.outputs["Location"], move.inputs["Translation"]),
-        (first.outputs[0], move.inputs[0]),
-        (move.outputs[0], last.inputs[0]),
-    ):
-        tree.links.new(source, target)
-    cube.modifiers.new("follow", "NODES").node_group = tree
+    move = tree.nodes.new("GeometryNodeSetPosition")
+    tree.links.new(first.outputs[0], move.inputs[0])
+    tree.links.new(move.outputs[0], last.inputs[0])
+    item.modifiers.new("move", "NODES").node_group = tree
+    return tree.links, [tree.nodes.new(kind) for kind in kinds], move.inputs["Offset"]
+
+
+def follow_camera(cube, camera):
+    """Moves a cube by what Geometry Nodes know of the active camera."""
+    kinds = ("GeometryNodeInputActiveCamera", "GeometryNodeObjectInfo")
+    links, (active, info), offset = add_mover(cube, *kinds)
+    links.new(active.outputs[0], info.inputs["Object"])
+    links.new(info.outputs["Location"], offset)
 
 
 # ---- what reads the scene's camera ------------------------------------------------
@@ -393,25 +399,11 @@ def solve(scene):
 
 
 def go_by_seconds(item):
-    """Geometry Nodes move a mesh by 0.1 a second along x."""
-    tree = bpy.data.node_groups.new("seconds", "GeometryNodeTree")
-    for way in ("INPUT", "OUTPUT"):
-        kind = "NodeSocketGeometry"
-        tree.interface.new_socket("Geometry", in_out=way, socket_type=kind)
-    time, move = (
-        tree.nodes.new(f"GeometryNode{kind}")
-        for kind in ("InputSceneTime", "SetPosition")
-    )
-    scale = tree.nodes.new("ShaderNodeCombineXYZ")
-    first, last = (tree.nodes.new(f"NodeGroup{kind}") for kind in ("Input", "Output"))
-    for source, target in (
-        (time.outputs["Seconds"], scale.inputs[1]),
-        (scale.outputs[0], move.inputs["Offset"]),
-        (first.outputs[0], move.inputs[0]),
-        (move.outputs[0], last.inputs[0]),
-    ):
-        tree.links.new(source, target)
-    item.modifiers.new("seconds", "NODES").node_group = tree
+    """Geometry Nodes move a mesh by 1 a second along y."""
+    kinds = ("GeometryNodeInputSceneTime", "ShaderNodeCombineXYZ")
+    links, (time, offset), moved = add_mover(item, *kinds)
+    links.new(time.outputs["Seconds"], offset.inputs[1])
+    links.new(offset.outputs[0], moved)
 
 
 @check
