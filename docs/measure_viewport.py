@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Measures Rack Focus over Blender's 3D view for the table of docs/blender.md.
+"""Measures Rack Focus over Blender's 3D view for the table of docs/blender-view3d.md.
 
     python3 docs/measure_viewport.py DIST [BLENDER ...]
 

@@ -28,7 +28,8 @@ LINKS = [
     ("docs/index.html", "Documents"),
 ]
 # Users' pages, in the order in which they are listed.
-PAGES = """install blender blender-farm povray cli files live browser views looks denoise methods
+PAGES = """install blender blender-views blender-nodes blender-view3d blender-limits
+blender-farm povray cli files live browser views looks denoise methods
 python farm reliability performance algorithm glossary extending ARCHITECTURE""".split()
 SAMPLES = [
     {
