@@ -46,6 +46,18 @@ def run(*command, **options):
     return done.stdout
 
 
+def write_if_new(path, text, mode=0o644):
+    """Leaves a file that says so already: meson configures anew where one of its files is
+    younger than the build, and a program that runs cannot be written to. So a new one comes
+    beside, and takes its place."""
+    if path.exists() and path.read_text() == text:
+        return
+    beside = path.with_name(f"{path.name}.{os.getpid()}")
+    beside.write_text(text)
+    beside.chmod(mode)
+    beside.replace(path)
+
+
 def zig_program():
     """Path of zig, fetched once."""
     folder = BUILD / "zig"
@@ -69,7 +81,8 @@ def write_compiler(platform):
     zig = zig_program()
     # -bundle is what meson says for a Python module; zig makes no bundles, and Python
     # loads a dynamic library as well.
-    path.write_text(
+    write_if_new(
+        path,
         f"""#!/bin/sh
 case " $* " in
 *" -Wl,--version "*) {answer} ;;
@@ -83,9 +96,9 @@ for word in "$@"; do
     set -- "$@" "$word"
 done
 exec '{zig}' cc -target {target} "$@"
-"""
+""",
+        0o755,
     )
-    path.chmod(0o755)
     return path
 
 
@@ -103,7 +116,8 @@ def write_zig_file(platform):
             "exe_wrapper = ['qemu-aarch64-static', '-L', '/usr/aarch64-linux-gnu']"
         )
     link = ["-s"] if system == "linux" else []
-    path.write_text(
+    write_if_new(
+        path,
         f"""[binaries]
 c = '{compiler}'
 ar = ['{zig}', 'ar']
@@ -124,7 +138,7 @@ system = '{system}'
 cpu_family = '{cpu}'
 cpu = '{cpu}'
 endian = 'little'
-"""
+""",
     )
     return path
 
@@ -136,7 +150,7 @@ def soon_compiled(platform):
     if platform.startswith("macos"):
         return ["-Doptimization=0"]
     path = BUILD / "libraries.ini"
-    path.write_text("[properties]\nlibrary_c_args = ['-O0']\n")
+    write_if_new(path, "[properties]\nlibrary_c_args = ['-O0']\n")
     return ["--cross-file", path]
 
 

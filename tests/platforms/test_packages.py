@@ -13,6 +13,7 @@ import zipfile
 import pytest
 from systems import BUILD, ROOT, build, run
 
+import cross
 import wheels
 
 PLATFORMS = tuple(wheels.TAGS)
@@ -112,3 +113,21 @@ def test_the_same_bytes_twice(dist, tmp_path):
     assert len(names) == 2 * 5 + 5 + 2 + 1
     for name in names:
         assert (dist / name).read_bytes() == (tmp_path / name).read_bytes(), name
+
+
+def test_files_of_builds_are_replaced_whole(tmp_path):
+    """One that says the same stays, or meson would configure anew; a new one takes its
+    place in one step, for another build may run it."""
+    program = tmp_path / "cc"
+    cross.write_if_new(program, "exit 3\n", 0o755)
+    first = program.stat()
+    cross.write_if_new(program, "exit 3\n", 0o755)
+    assert (program.stat().st_ino, program.stat().st_mtime_ns) == (
+        first.st_ino,
+        first.st_mtime_ns,
+    )
+    with program.open() as running:
+        cross.write_if_new(program, "exit 4\n", 0o755)
+        assert running.read() == "exit 3\n"
+    assert program.read_text() == "exit 4\n" and program.stat().st_mode & 0o111
+    assert list(tmp_path.iterdir()) == [program]
