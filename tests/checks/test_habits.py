@@ -107,6 +107,28 @@ def test_quick_suites_are_there():
         assert list((ROOT / "tests" / suite).glob("test_*.py")), suite
 
 
+def anchors_of(page):
+    """What the headings of a page can be linked by, as GitHub names them."""
+    heads = re.findall(r"^#+ (.*)", page.read_text(), flags=re.M)
+    return {re.sub(r"[^\w\- ]", "", head.lower()).replace(" ", "-") for head in heads}
+
+
+def test_links_of_pages():
+    """A link to a file or a heading that is not there leads nowhere, without a word."""
+    pages = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *ROOT.glob("docs/**/*.md")]
+    n_headings = 0
+    for page in pages:
+        for name, heading in re.findall(
+            r"\]\((?!\w+:)([^)#\s]*)#?([^)\s]*)\)", page.read_text()
+        ):
+            target = page.parent / name if name else page
+            assert target.exists(), f"{page.name}: {name}"
+            if heading and target.suffix == ".md":
+                assert heading in anchors_of(target), f"{page.name}: {name}#{heading}"
+                n_headings += 1
+    assert n_headings > 50
+
+
 def test_commands_of_dev_have_help():
     text = run("./dev", "--help").stdout
     commands = re.findall(r"^  (\w+) ", text, flags=re.M)
