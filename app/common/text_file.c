@@ -132,8 +132,9 @@ char *text_next_line(char **rest)
     char *line = *rest;
     if (*line == '\0')
         return NULL;
-    const size_t n = strcspn(line, "\n");
-    *rest = line + n + (line[n] == '\n');
+    const size_t n = strcspn(line, "\r\n");
+    const bool is_pair = line[n] == '\r' && line[n + 1] == '\n';
+    *rest = line + n + (is_pair ? 2 : line[n] != '\0');
     line[n] = '\0';
     return line;
 }

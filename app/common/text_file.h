@@ -21,7 +21,8 @@ bool text_file_write(const char *path, text_print_fn print, const void *data,
  */
 char *text_file_read(const char *path, struct image_error *error);
 
-/* The next line, which is ended in place; NULL behind the last. */
+/* The next line, which is ended in place, by LF, CR LF or, as spreadsheets for Macs have
+ * it, by CR alone; NULL behind the last. */
 char *text_next_line(char **rest);
 
 #endif

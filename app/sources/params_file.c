@@ -24,7 +24,7 @@ static bool read_line(const char *path, int number, char *line,
 {
     char word[64], value[64], more[64];
     struct rf_error wrong;
-    line[strcspn(line, "#\r\n")] = 0;
+    line[strcspn(line, "#")] = 0;
     const int n = sscanf(line, " %63s %63s %63s", word, value, more);
     if (n < 1)
         return true;

@@ -72,15 +72,20 @@ def test_long_remarks(rackfocus, scene, tmp_path):
     assert f"{params}:4: there is no parameter 'bad'" in done.stderr
 
 
-@pytest.mark.parametrize("end", ["\n", "\r\n"])
+@pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
 def test_text_of_other_systems(rackfocus, scene, tmp_path, end):
-    """Notepad writes a byte-order mark and CR LF."""
+    """Notepad writes a byte-order mark and CR LF. Behind a CR alone, as old Macs and Excel
+    for Macs end lines, all was left out without a word."""
     params = tmp_path / "lens.params"
     lines = ["focus-distance 3", "f-stop 0.1", ""]
     params.write_bytes(b"\xef\xbb\xbf" + end.join(lines).encode())
     options = ["--focus-distance", "3", "--f-stop", "0.1"]
     by_file = made(rackfocus, scene, tmp_path, "--params", params)
     assert is_same(by_file, made(rackfocus, scene, tmp_path, *options))
+    params.write_bytes(end.join(["# a lens", "", "f-stop 2", "nope 1", ""]).encode())
+    options = ["-o", tmp_path / "out.exr", "--params", params]
+    done = rackfocus("filter", scene(), *options, code=1)
+    assert f"{params}:4: there is no parameter 'nope'" in done.stderr
 
 
 @pytest.mark.parametrize(

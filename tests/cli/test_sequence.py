@@ -254,12 +254,14 @@ def test_a_table_of_a_program(run, shot, tmp_path):
     assert "--f-stop 2" in text["rackfocus:filtered"]
 
 
-def test_a_table_of_excel(run, shot, tmp_path):
-    """It writes a byte-order mark and CR LF; a remark may be of any length."""
+@pytest.mark.parametrize("end", [b"\r\n", b"\r"])
+def test_a_table_of_excel(run, shot, tmp_path, end):
+    """It writes a byte-order mark and CR LF, for Macs CR alone; a remark may be of any
+    length."""
     table = tmp_path / "focus.csv"
     remark = b"# " + b"x" * 9999
     lines = [b"\xef\xbb\xbfframe,f-stop", remark, b"1,2", b""]
-    table.write_bytes(b"\r\n".join(lines))
+    table.write_bytes(end.join(lines))
     run(shot(1), "--frame-parameters", table)
     text = plainexr.read_header((tmp_path / "out.0001.exr").read_bytes())[0]
     assert "--f-stop 2" in text["rackfocus:filtered"]
