@@ -34,6 +34,12 @@ bool image_find_chromaticities(const struct image_input *input, int part,
     return true;
 }
 
+void image_read_chromaticities(const struct image_input *input, int part, float xy[8])
+{
+    if (!image_find_chromaticities(input, part, xy))
+        memcpy(xy, image_rec709, sizeof image_rec709);
+}
+
 bool image_has_other_primaries(const struct image_input *input, int part)
 {
     enum { N_PRIMARIES = 6 };             /* x and y of red, green and blue */

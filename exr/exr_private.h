@@ -129,8 +129,6 @@ exr_result_t image_copy_attribute(exr_context_t to, int part, const exr_attribut
 
 /* ---- exr_alike.c ----------------------------------------------------------------- */
 
-/* Red, green, blue and white, x and y each. */
-extern const float image_rec709[8];
 /* False, with nothing filled, where the part has none. */
 bool image_find_chromaticities(const struct image_input *input, int part,
                                float values[8]);

@@ -76,6 +76,9 @@ bool image_attribute_string(const struct image_input *input, const char *name,
                             const char **text);
 bool image_attribute_v2f(const struct image_input *input, const char *name,
                          double v[2]);
+extern const float image_rec709[8];
+/* x and y of red, green, blue and white of a part; Rec. 709's where it says none. */
+void image_read_chromaticities(const struct image_input *input, int part, float xy[8]);
 /* Do the chromaticities of a part say other primaries than Rec. 709's? */
 bool image_has_other_primaries(const struct image_input *input, int part);
 /* Of 4 x 4 numbers, by rows. */

@@ -11,6 +11,8 @@
 #include "folder.h"
 #include "interrupt.h"
 #include "sources/picture.h"
+#include "sources/png_picture.h"
+#include "sources/primaries.h"
 #include "sources/settings.h"
 #include "sources/source.h"
 
@@ -95,11 +97,24 @@ static void put_over(const float *top, float *bottom, size_t n_pixels, int n_cha
     }
 }
 
-/* Puts the results 0 .. n - 2 over the last, whose samples are given. */
-static bool put_all_over(const struct folder *folder, char *const *names,
-                         const struct source *bottom, float *samples, int n_threads,
-                         struct image_error *error)
+static int warn_of_primaries(const struct filter_options *tool,
+                             const struct source *top, const char *top_name,
+                             const struct source *bottom, const char *bottom_name,
+                             struct image_error *error)
 {
+    struct primaries own, other;
+    primaries_read(top->colour, top->part, &own);
+    primaries_read(bottom->colour, bottom->part, &other);
+    return primaries_warn(tool->host, top_name, &own, bottom_name, &other,
+                          "they are put over each other", error);
+}
+
+/* Puts the results 0 .. n - 2 over the last, whose samples are given. */
+static bool put_all_over(const struct filter_options *tool, const struct folder *folder,
+                         char *const *names, const struct source *bottom,
+                         float *samples, struct image_error *error)
+{
+    const int n_threads = thread_count(tool->n_threads);
     const size_t n_pixels = (size_t)bottom->width * (size_t)bottom->height;
     const int last = folder->n_files - 1;
     bool is_good = true;
@@ -111,6 +126,8 @@ static bool put_all_over(const struct folder *folder, char *const *names,
             return false;
         float *over = NULL;
         is_good = check_layers(&top, names[i], bottom, names[last], error) &&
+                  warn_of_primaries(tool, &top, names[i], bottom, names[last], error) ==
+                      APP_DONE &&
                   (over = source_read_colour(&top, n_threads, error)) != NULL;
         if (is_good)
             put_over(over, samples, n_pixels, bottom->n_channels);
@@ -120,13 +137,16 @@ static bool put_all_over(const struct folder *folder, char *const *names,
     return is_good;
 }
 
+/* `name` of the input that the result of the last layer was made of. */
 static bool write_layers(const struct filter_options *tool, const struct source *bottom,
-                         float *samples, struct image_error *error)
+                         const char *name, float *samples, struct image_error *error)
 {
+    const struct png_picture png = {.source = bottom,
+                                    .name = name,
+                                    .samples = samples,
+                                    .bits = tool->png_bits == FILTER_PNG_16 ? 16 : 8};
     if (picture_kind(tool->output) == PICTURE_PNG)
-        return image_write_png(tool->output, samples, bottom->width, bottom->height,
-                               bottom->n_channels,
-                               tool->png_bits == FILTER_PNG_16 ? 16 : 8, false, error);
+        return png_picture_write(tool->host, tool->output, &png, error);
     const bool is_half = tool->type == FILTER_TYPE_HALF;
     const struct source_output how = {.type = is_half ? IMAGE_SAMPLE_HALF
                                                       : IMAGE_SAMPLE_FLOAT,
@@ -151,8 +171,9 @@ static int join_layers(const struct filter_options *tool, const struct folder *f
         return fail_image(error);
     float *samples = source_read_colour(&bottom, n_threads, error);
     const bool is_good =
-        samples && put_all_over(folder, names, &bottom, samples, n_threads, error) &&
-        !os_is_interrupted() && write_layers(tool, &bottom, samples, error);
+        samples && put_all_over(tool, folder, names, &bottom, samples, error) &&
+        !os_is_interrupted() &&
+        write_layers(tool, &bottom, names[folder->n_files - 1], samples, error);
     free(samples);
     source_close(&bottom);
     return is_good ? APP_DONE : fail_image(error);

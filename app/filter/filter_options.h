@@ -91,9 +91,10 @@ struct filter_options {
  */
 struct filter_kept {
     struct rf_context *context;
-    size_t max_bytes;      /* of the context */
-    struct run *run;       /* whose remarks it makes */
-    int32_t width, height; /* of the last input, px; 0: there was none */
+    size_t max_bytes; /* of the context */
+    struct run *run;  /* whose remarks it makes */
+    /* Of the last input's display window, px; 0: there was none. */
+    int32_t width, height;
 };
 
 #endif

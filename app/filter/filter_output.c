@@ -10,6 +10,7 @@
 #include "filter/filter_private.h"
 #include "sources/beside.h"
 #include "sources/picture.h"
+#include "sources/png_picture.h"
 
 /* ---- names ---------------------------------------------------------------------- */
 
@@ -275,62 +276,17 @@ static bool write_coc(const struct run *run, const struct header_facts *facts,
     return image_write(run->tool->output_coc, &output, run->n_threads, error);
 }
 
-/*
- * Pixels that a PNG shows as transparent though they have light: more than UNSEEN, of an
- * alpha that 8 bits round to 0.
- */
-static size_t count_unseen(const struct run *run)
-{
-    static const float UNSEEN = 0.02f, NO_ALPHA = 0.5f / 255;
-    const size_t n = (size_t)run->source.width * (size_t)run->source.height;
-    size_t n_unseen = 0;
-    for (size_t i = 0; run->source.n_channels == 4 && i < n; i++) {
-        const float *c = run->colour + 4 * i;
-        n_unseen +=
-            c[3] < NO_ALPHA && (c[0] > UNSEEN || c[1] > UNSEEN || c[2] > UNSEEN);
-    }
-    return n_unseen;
-}
-
-static int warn_of_unseen(const struct run *run, struct image_error *error)
-{
-    const double n = (double)run->source.width * (double)run->source.height;
-    const double share = (double)count_unseen(run) / n;
-    if (share < 0.01)
-        return APP_DONE;
-    return app_warn(
-        run->tool->host, error,
-        "%s: %.0f %% of the picture have light but no alpha, as skies of "
-        "V-Ray and Arnold do, and a PNG shows them as transparent; write "
-        ".exr, or take the alpha out of the input: oiiotool %s --ch R,G,B,Z "
-        "-d Z=float -o opaque.exr",
-        run->tool->output, 100 * share, image_path(run->source.colour));
-}
-
-/* Colours of ACEScg and the like, which a PNG shows paler. */
-static int warn_of_primaries(const struct run *run, struct image_error *error)
-{
-    const char *by = run->tool->scene ? NULL : source_primaries(&run->source);
-    return by ? app_warn(run->tool->host, error,
-                         "%s: the colours are not of Rec. 709, by %s in the header of "
-                         "%s, and a PNG shows them as if they were, paler; write .exr "
-                         "and make the PNG of it, for ACEScg: oiiotool out.exr "
-                         "--colorconvert ACEScg sRGB -o out.png",
-                         run->tool->output, by, image_path(run->source.colour))
-              : APP_DONE;
-}
-
 static bool write_picture(const struct run *run, const struct header_facts *facts,
                           struct image_error *error)
 {
     if (picture_kind(run->tool->output) == PICTURE_EXR)
         return write_exr(run, facts, error);
-    if (warn_of_unseen(run, error) != APP_DONE ||
-        warn_of_primaries(run, error) != APP_DONE)
-        return false;
-    return image_write_png(run->tool->output, run->colour, run->source.width,
-                           run->source.height, run->source.n_channels,
-                           run->tool->png_bits == FILTER_PNG_16 ? 16 : 8, false, error);
+    const struct png_picture png = {.source = &run->source,
+                                    .samples = run->colour,
+                                    .bits =
+                                        run->tool->png_bits == FILTER_PNG_16 ? 16 : 8,
+                                    .is_of_scene = run->tool->scene != NULL};
+    return png_picture_write(run->tool->host, run->tool->output, &png, error);
 }
 
 void filter_describe(const struct run *run, char *text, size_t n_bytes)

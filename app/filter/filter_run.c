@@ -622,8 +622,10 @@ int filter_run(const struct filter_options *tool, struct settings *settings,
         return code;
     }
     if (tool->kept) {
-        tool->kept->width = run.source.width;
-        tool->kept->height = run.source.height;
+        /* Data windows of a shot may differ: compositors crop to what is there. */
+        const struct image_box *display = &run.source.info.display_window;
+        tool->kept->width = display->max_x - display->min_x + 1;
+        tool->kept->height = display->max_y - display->min_y + 1;
     }
     code = run_steps(&run);
     if (code == APP_NO_MEMORY)

@@ -6,6 +6,7 @@
 #include <stdlib.h>
 
 #include "common/report.h"
+#include "sources/primaries.h"
 #include "sources/views.h"
 #include "sources/views_fit.h"
 #include "sources/views_light.h"
@@ -146,12 +147,32 @@ static int warn_unit(const struct run *run, const struct rf_view *views, int32_t
                     image_path(run->views.sources[found.view].depth), text);
 }
 
+/* The first view whose numbers are other colours than those of the first. */
+static int warn_primaries(const struct run *run)
+{
+    const struct source *sources = run->views.sources;
+    struct primaries first, own;
+    int i = 0;
+    primaries_read(sources[0].colour, sources[0].part, &first);
+    do {
+        i++;
+        if (i == run->views.n)
+            return APP_DONE;
+        primaries_read(sources[i].colour, sources[i].part, &own);
+    } while (!primaries_differ(&own, &first));
+    return primaries_warn(run->tool->host, image_path(sources[i].colour), &own,
+                          image_path(sources[0].colour), &first, "they are merged",
+                          run->error);
+}
+
 static int warn(const struct run *run, const struct views_light *light,
                 const struct rf_view *views, int32_t first)
 {
     const bool has_depth = rf_method_find(run->params.method)->needs_depth;
     bool is_told = false;
-    int code = warn_light(run, light);
+    int code = warn_primaries(run);
+    if (code == APP_DONE)
+        code = warn_light(run, light);
     if (code == APP_DONE && has_depth)
         code = warn_unit(run, views, first, &is_told);
     return code == APP_DONE && has_depth && !is_told ? warn_fit(run, views, first)

@@ -24,6 +24,7 @@
 #include "sources/alpha.h"
 #include "sources/camera_facts.h"
 #include "sources/picture.h"
+#include "sources/primaries.h"
 #include "sources/settings.h"
 #include "sources/source.h"
 #include "sources/white.h"
@@ -195,6 +196,16 @@ static int compare_lenses(struct finish *f, const char *path, const char *shown)
                     image_path(f->own.colour), text, shown);
 }
 
+/* Of a picture whose numbers are held against those of the own one. */
+static int warn_primaries(const struct finish *f, const char *path,
+                          const struct primaries *other)
+{
+    struct primaries own;
+    primaries_read(f->own.colour, f->own.part, &own);
+    return primaries_warn(f->tool->host, path, other, image_path(f->own.colour), &own,
+                          "one is mended by the other", f->error);
+}
+
 /* Reads our picture; `shown` is its name for errors. */
 static int read_ours(struct finish *f, const char *path, const char *shown)
 {
@@ -205,6 +216,8 @@ static int read_ours(struct finish *f, const char *path, const char *shown)
     if (!picture_read(path, NULL, f->n_threads, &picture, f->error))
         return app_code_of(f->error);
     f->ours = picture.samples;
+    if (warn_primaries(f, shown, &picture.primaries) != APP_DONE)
+        return APP_FAILED;
     return check_size(f, &(struct shown){shown, picture.width, picture.height,
                                          picture.has_window ? &picture.window : NULL});
 }
@@ -334,6 +347,11 @@ static int read_half(struct finish *f, const char *path)
         !picture_check_place(path, &source.info.data_window, image_path(f->own.colour),
                              &f->own.info.data_window, f->error))
         code = APP_FAILED;
+    if (code == APP_DONE) {
+        struct primaries primaries;
+        primaries_read(source.colour, source.part, &primaries);
+        code = warn_primaries(f, path, &primaries);
+    }
     if (code == APP_DONE)
         code = take_half(f, path, &half);
     denoise_free_guides(&half.guides);

@@ -32,6 +32,7 @@ static bool read_png(const char *path, struct picture *picture,
     if (!image_read_png(path, &rgba, &picture->width, &picture->height, error))
         return false;
     const size_t n = (size_t)picture->width * (size_t)picture->height;
+    memcpy(picture->primaries.xy, image_rec709, sizeof(image_rec709));
     picture->samples = app_memory(3 * n, sizeof(float), error);
     for (size_t i = 0; picture->samples && i < n; i++)
         for (size_t c = 0; c < 3; c++)
@@ -53,6 +54,7 @@ static bool read_open_exr(struct image_input *input, const char *layer, int n_th
     picture->window = box;
     picture->pixel_aspect = info->pixel_aspect;
     picture->has_window = true;
+    primaries_read(input, part, &picture->primaries);
     picture->width = box.max_x - box.min_x + 1;
     picture->height = box.max_y - box.min_y + 1;
     const size_t n_pixels = (size_t)picture->width * (size_t)picture->height;

@@ -10,6 +10,7 @@
 #include "common/report.h"
 #include "folder.h"
 #include "image.h"
+#include "sources/primaries.h"
 
 /* Packed RGB floats, scene-linear, alpha multiplied in. */
 struct picture {
@@ -17,7 +18,8 @@ struct picture {
     int32_t width, height;
     struct image_box window; /* its data window; all 0 for PNG, which has none */
     bool has_window;
-    float pixel_aspect; /* that of the file; 0 for PNG, which says none */
+    float pixel_aspect;         /* that of the file; 0 for PNG, which says none */
+    struct primaries primaries; /* Rec. 709's for PNG */
 };
 
 /* Reads the picture; `layer` may be NULL. NaN and infinity are errors. */

@@ -524,21 +524,6 @@ bool source_is_coded(const struct source *source, char *text, size_t n_bytes)
     return false;
 }
 
-const char *source_primaries(const struct source *source)
-{
-    static const char *const names[] = {"colorInteropID", "oiio:ColorSpace"};
-    static const char *const words[] = {"aces", "ap0", "ap1", "p3", "2020"};
-    const char *space;
-    if (image_has_other_primaries(source->colour, source->part))
-        return "chromaticities";
-    for (size_t i = 0; i < sizeof(names) / sizeof(names[0]); i++)
-        for (size_t k = 0; k < sizeof(words) / sizeof(words[0]); k++)
-            if (image_attribute_string(source->colour, names[i], &space) &&
-                strcasestr(space, words[k]))
-                return names[i];
-    return NULL;
-}
-
 void source_say_doubts(const struct source *source,
                        void (*say)(void *user, const char *text), void *user)
 {

@@ -75,9 +75,6 @@ bool source_is_environment(const struct source *source, char *text, size_t n_byt
 /* Is the colour coded for a screen or a film, by its header? Says so into `text`. */
 bool source_is_coded(const struct source *source, char *text, size_t n_bytes);
 
-/* The attribute by which the colours have other primaries than Rec. 709's; NULL: none. */
-const char *source_primaries(const struct source *source);
-
 /* Says all of these four that hold, "the picture is ...". */
 void source_say_doubts(const struct source *source,
                        void (*say)(void *user, const char *text), void *user);

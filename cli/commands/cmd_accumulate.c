@@ -17,6 +17,8 @@
 #include "sources/alpha.h"
 #include "sources/looks.h"
 #include "sources/picture.h"
+#include "sources/png_picture.h"
+#include "sources/primaries.h"
 #include "sources/settings.h"
 #include "sources/source.h"
 #include "sources/views.h"
@@ -74,6 +76,8 @@ struct sum {
     struct rf_accumulator *accumulator;
     struct views_light *light;
     struct alpha_tally alpha;
+    struct cli_host host;
+    bool has_told_primaries;
 };
 
 static bool open_view(const struct accumulate_options *tool, char *const *path,
@@ -171,6 +175,20 @@ static bool add_samples(struct sum *sum, const struct source *view, int view_ind
     return result == RF_OK || fail_core(image_path(view->colour), &core_error, error);
 }
 
+/* Of the first view whose numbers are other colours than those of the first one. */
+static void warn_of_primaries(struct sum *sum, const struct source *view,
+                              char *const *names)
+{
+    struct image_error ignored;
+    struct primaries first, own;
+    primaries_read(sum->first.colour, sum->first.part, &first);
+    primaries_read(view->colour, view->part, &own);
+    if (!sum->has_told_primaries)
+        primaries_warn(&sum->host.host, image_path(view->colour), &own, names[0],
+                       &first, "the mean is taken of them", &ignored);
+    sum->has_told_primaries |= primaries_differ(&own, &first);
+}
+
 static bool add_view(struct sum *sum, const struct operands *views, int i,
                      struct image_error *error)
 {
@@ -179,6 +197,8 @@ static bool add_view(struct sum *sum, const struct operands *views, int i,
         return false;
     const bool is_added =
         check_view(sum, &view, error) && add_samples(sum, &view, i, error);
+    if (is_added)
+        warn_of_primaries(sum, &view, views->items);
     source_close(&view);
     return is_added;
 }
@@ -212,6 +232,14 @@ static bool write_exr(const struct sum *sum, float *samples, int n_views,
                                   sum->n_threads, error);
 }
 
+static bool write_png(const struct sum *sum, const float *samples,
+                      struct image_error *error)
+{
+    const struct png_picture png = {
+        .source = &sum->first, .samples = samples, .bits = 8};
+    return png_picture_write(&sum->host.host, sum->tool->output, &png, error);
+}
+
 static bool write_mean(const struct sum *sum, int n_views, struct image_error *error)
 {
     const struct source *first = &sum->first;
@@ -227,11 +255,9 @@ static bool write_mean(const struct sum *sum, int n_views, struct image_error *e
     if (!is_written)
         fail_core(sum->tool->output, &core_error, error);
     else
-        is_written =
-            picture_kind(sum->tool->output) == PICTURE_EXR
-                ? write_exr(sum, samples, n_views, error)
-                : image_write_png(sum->tool->output, samples, first->width,
-                                  first->height, first->n_channels, 8, false, error);
+        is_written = picture_kind(sum->tool->output) == PICTURE_EXR
+                         ? write_exr(sum, samples, n_views, error)
+                         : write_png(sum, samples, error);
     free(samples);
     return is_written;
 }
@@ -298,6 +324,7 @@ static int accumulate(const struct accumulate_options *tool,
 {
     struct image_error error;
     struct sum sum = {.tool = tool, .n_threads = thread_count(tool->n_threads)};
+    cli_host_open(&sum.host, tool->is_quiet, false);
     if (!picture_check_writable(tool->output, &error) ||
         !open_view(tool, &views->items[0], &sum.first, &error)) {
         message("%s", error.message);

@@ -128,6 +128,7 @@ static int compare(const struct compare_options *tool, const char *path_a,
                    const char *path_b, const struct picture *a, const struct picture *b)
 {
     struct image_error error;
+    struct cli_host host;
     if (a->width != b->width || a->height != b->height) {
         message("%s: is %d x %d, but %s is %d x %d; pictures of one size can be "
                 "compared",
@@ -140,6 +141,8 @@ static int compare(const struct compare_options *tool, const char *path_a,
         return EXIT_FAILED;
     }
     warn_of_aspect(path_a, a, path_b, b);
+    primaries_warn(cli_host_open(&host, false, false), path_a, &a->primaries, path_b,
+                   &b->primaries, "they are compared", &error);
     struct measures measures;
     double flip;
     if (!measure_pictures(a->samples, b->samples, a->width, a->height, &measures,

@@ -9,6 +9,7 @@ import zlib
 
 import numpy
 import plainexr
+import plainpng
 import pytest
 
 
@@ -181,38 +182,6 @@ def write_png(path, image):
     return path
 
 
-def read_png(path):
-    """8 bit RGB of whatever filters."""
-    data, at, packed = path.read_bytes(), 8, b""
-    while at < len(data):
-        (length,) = struct.unpack_from(">I", data, at)
-        kind = data[at + 4 : at + 8]
-        if kind == b"IHDR":
-            width, height, bits, colour = struct.unpack_from(">IIBB", data, at + 8)
-            assert (bits, colour) == (8, 2)
-        if kind == b"IDAT":
-            packed += data[at + 8 : at + 8 + length]
-        at += 12 + length
-    raw = numpy.frombuffer(zlib.decompress(packed), numpy.uint8)
-    raw = raw.reshape(height, 1 + 3 * width).astype(int)
-    out = numpy.zeros((height, width, 3), int)
-    for y in range(height):
-        for x in range(width):
-            left = out[y, x - 1] if x else numpy.zeros(3, int)
-            up = out[y - 1, x] if y else numpy.zeros(3, int)
-            corner = out[y - 1, x - 1] if x and y else numpy.zeros(3, int)
-            guess = left + up - corner
-            d = [abs(guess - left), abs(guess - up), abs(guess - corner)]
-            paeth = numpy.where(
-                (d[0] <= d[1]) & (d[0] <= d[2]),
-                left,
-                numpy.where(d[1] <= d[2], up, corner),
-            )
-            add = [0 * left, left, up, (left + up) // 2, paeth][raw[y, 0]]
-            out[y, x] = (raw[y, 1 + 3 * x : 4 + 3 * x] + add) % 256
-    return out
-
-
 def encode(image):
     v = numpy.clip(image, 0, 1)
     return numpy.where(v <= 0.0031308, 12.92 * v, 1.055 * v ** (1 / 2.4) - 0.055)
@@ -249,7 +218,7 @@ def test_pictures_of_the_error(pair, rackfocus, tmp_path):
     a, b, paths = pair
     heat, side = tmp_path / "heat.png", tmp_path / "side.png"
     rackfocus("compare", *paths, "--heatmap", heat, "--side-by-side", side)
-    hot, both = read_png(heat), read_png(side)
+    hot, both = plainpng.read(heat), plainpng.read(side)
     assert hot.shape == (40, 56, 3) and both.shape == (40, 168, 3)
     assert (both[:, 112:] == hot).all()
     assert abs(both[:, :56] - 255 * encode(a)).max() <= 1
@@ -264,7 +233,7 @@ def test_pictures_of_the_error(pair, rackfocus, tmp_path):
 def test_heatmap_of_identical_pictures_is_black(scene, rackfocus, tmp_path):
     path = scene()
     rackfocus("compare", path, path, "--heatmap", tmp_path / "heat.png")
-    assert (read_png(tmp_path / "heat.png") == 0).all()
+    assert (plainpng.read(tmp_path / "heat.png") == 0).all()
 
 
 def test_pictures_of_another_place(rackfocus, scene, tmp_path):
