@@ -12,6 +12,7 @@
 #include "common/report.h"
 #include "filter/filter_private.h"
 #include "sources/camera_facts.h"
+#include "sources/choice.h"
 #include "sources/depth_doubts.h"
 #include "sources/look_window.h"
 
@@ -321,57 +322,29 @@ int filter_warn_attributes(const struct run *run)
 
 /* ---- one eye of several --------------------------------------------------------- */
 
-/* Is `view` one of the dotted words of the layer that was asked for? */
-static bool is_named(const char *layer, const char *view)
-{
-    const size_t n = strlen(view);
-    for (const char *at = layer; at; at = strchr(at, '.') ? strchr(at, '.') + 1 : NULL)
-        if (strncmp(at, view, n) == 0 && (at[n] == 0 || at[n] == '.'))
-            return true;
-    return false;
-}
-
-/* Views with a picture: all of them, and those that are not the one at hand. */
-static void list_eyes(const struct run *run, const char *eye, char all[256],
-                      char others[256])
-{
-    struct image_input *input = run->source.colour;
-    const char *view;
-    *all = *others = 0;
-    for (int i = 0; (view = image_view_name(input, i)) != NULL; i++) {
-        struct image_layer found;
-        struct image_error ignored;
-        if (strcmp(view, eye) != 0 &&
-            !image_find_view_layer(input, view, NULL, NULL, false, &found, &ignored))
-            continue;
-        append(all, 256, view);
-        if (strcmp(view, eye) != 0)
-            append(others, 256, view);
-    }
-}
-
 int filter_warn_eyes(const struct run *run)
 {
     const struct source *source = &run->source;
     const char *layer = run->tool->layer, *path = image_path(source->colour);
-    const char *eye = image_view_of(source->colour, source->layer.r);
-    char all[256], others[256];
-    if (run->has_views || run->tool->view || !eye)
+    struct eyes eyes;
+    if (run->has_views || run->tool->view ||
+        !eyes_are_several(source->colour, &source->layer, &eyes))
         return APP_DONE;
-    list_eyes(run, eye, all, others);
     const bool is_copied = run->tool->pass_through;
-    if (!*others || (is_named(layer, eye) && !is_copied))
+    const bool is_named = eye_is_named(layer, eyes.taken);
+    if (is_named && !is_copied)
         return APP_DONE;
-    if (is_named(layer, eye))
+    if (is_named)
         return app_warn(run->tool->host, run->error,
                         "%s: --pass-through copies the view %s without blur; leave it "
                         "out, or filter all views with --stereo in its place",
-                        path, others);
-    return app_warn(run->tool->host, run->error,
-                    "%s: holds the views %s; only %s is filtered%s%s%s; say --stereo "
-                    "for all of them, or name one (%s) with --layer",
-                    path, all, eye, is_copied ? ", and --pass-through copies " : "",
-                    is_copied ? others : "", is_copied ? " without blur" : "", all);
+                        path, eyes.others);
+    return app_warn(
+        run->tool->host, run->error,
+        "%s: holds the views %s; only %s is filtered%s%s%s; say --stereo "
+        "for all of them, or name one (%s) with --layer",
+        path, eyes.all, eyes.taken, is_copied ? ", and --pass-through copies " : "",
+        is_copied ? eyes.others : "", is_copied ? " without blur" : "", eyes.all);
 }
 
 static int warn_of_colour(const struct run *run, const char *text)

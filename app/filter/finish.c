@@ -23,6 +23,7 @@
 #include "leftovers.h"
 #include "sources/alpha.h"
 #include "sources/camera_facts.h"
+#include "sources/choice.h"
 #include "sources/picture.h"
 #include "sources/primaries.h"
 #include "sources/settings.h"
@@ -206,6 +207,15 @@ static int warn_primaries(const struct finish *f, const char *path,
                           "one is mended by the other", f->error);
 }
 
+static int warn_choice(const struct finish *f, const char *path, const char *doubt)
+{
+    return app_warn(
+        f->tool->host, f->error,
+        "%s: %s; write the one that is meant to a file of its own: oiiotool "
+        "%s --ch LAYER.R,LAYER.G,LAYER.B -o one.exr",
+        path, doubt, path);
+}
+
 /* Reads our picture; `shown` is its name for errors. */
 static int read_ours(struct finish *f, const char *path, const char *shown)
 {
@@ -216,7 +226,8 @@ static int read_ours(struct finish *f, const char *path, const char *shown)
     if (!picture_read(path, NULL, f->n_threads, &picture, f->error))
         return app_code_of(f->error);
     f->ours = picture.samples;
-    if (warn_primaries(f, shown, &picture.primaries) != APP_DONE)
+    if (warn_primaries(f, shown, &picture.primaries) != APP_DONE ||
+        (picture.doubt[0] && warn_choice(f, shown, picture.doubt) != APP_DONE))
         return APP_FAILED;
     return check_size(f, &(struct shown){shown, picture.width, picture.height,
                                          picture.has_window ? &picture.window : NULL});
@@ -268,10 +279,20 @@ static int read_render(struct finish *f, const char *path, struct render *render
 {
     char *paths[] = {(char *)path};
     const struct source_request request = {.paths = paths, .n_paths = 1};
+    char text[400];
     if (!source_open(render->source, &request, f->error))
         return app_code_of(f->error);
     if (render->source->layer.r < 0)
         return app_fail(f->error, APP_FAILED, "%s: has no colour", path);
+    if (render->source->layer.is_data)
+        return app_fail(f->error, APP_FAILED,
+                        "%s: there is no picture: by its name %s holds data; give the "
+                        "render that has its lens",
+                        path, render->source->layer.name);
+    if (choice_is_doubtful(render->source->colour, &render->source->layer, NULL, text,
+                           sizeof(text)) &&
+        warn_choice(f, path, text) != APP_DONE)
+        return APP_FAILED;
     render->samples = source_read_colour(render->source, f->n_threads, f->error);
     if (!render->samples ||
         !denoise_read_guides(render->source, &render->files, f->n_threads,

@@ -11,6 +11,7 @@
 #include "common/report.h"
 #include "file.h"
 #include "path.h"
+#include "sources/choice.h"
 
 static bool is_png(const char *path)
 {
@@ -55,6 +56,7 @@ static bool read_open_exr(struct image_input *input, const char *layer, int n_th
     picture->pixel_aspect = info->pixel_aspect;
     picture->has_window = true;
     primaries_read(input, part, &picture->primaries);
+    choice_is_doubtful(input, &found, layer, picture->doubt, sizeof(picture->doubt));
     picture->width = box.max_x - box.min_x + 1;
     picture->height = box.max_y - box.min_y + 1;
     const size_t n_pixels = (size_t)picture->width * (size_t)picture->height;

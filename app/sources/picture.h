@@ -20,6 +20,7 @@ struct picture {
     bool has_window;
     float pixel_aspect;         /* that of the file; 0 for PNG, which says none */
     struct primaries primaries; /* Rec. 709's for PNG */
+    char doubt[400]; /* why another layer may be meant (choice.h); empty: it is not */
 };
 
 /* Reads the picture; `layer` may be NULL. NaN and infinity are errors. */

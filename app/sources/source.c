@@ -399,7 +399,7 @@ bool source_has_only_data(const struct source *source, char *text, size_t n_byte
     if (layer->is_data)
         snprintf(text, n_bytes,
                  "there is no picture: by their names all layers hold data (%s); to "
-                 "filter one all the same, name it with --layer",
+                 "take one all the same, name it with --layer",
                  layer->fitting[0] ? layer->fitting : layer->name);
     return layer->is_data;
 }

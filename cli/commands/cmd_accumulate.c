@@ -15,6 +15,7 @@
 #include "sequence/frames_check.h"
 #include "sequence/sequence.h"
 #include "sources/alpha.h"
+#include "sources/choice.h"
 #include "sources/looks.h"
 #include "sources/picture.h"
 #include "sources/png_picture.h"
@@ -87,12 +88,17 @@ static bool open_view(const struct accumulate_options *tool, char *const *path,
         .paths = path, .n_paths = 1, .layer = tool->layer};
     if (!source_open(view, &request, error))
         return false;
-    if (view->layer.r >= 0)
+    char text[500];
+    const bool is_data = source_has_only_data(view, text, sizeof(text));
+    if (view->layer.r >= 0 && !is_data)
         return true;
-    set_error(error,
-              "%s: there is no colour; views are pictures, name their layer with "
-              "--layer",
-              *path);
+    if (is_data)
+        set_error(error, "%s: %s", *path, text);
+    else
+        set_error(error,
+                  "%s: there is no colour; views are pictures, name their layer with "
+                  "--layer",
+                  *path);
     source_close(view);
     return false;
 }
@@ -322,6 +328,7 @@ static void warn_of_twins(const struct accumulate_options *tool,
 static int accumulate(const struct accumulate_options *tool,
                       const struct operands *views)
 {
+    char text[500];
     struct image_error error;
     struct sum sum = {.tool = tool, .n_threads = thread_count(tool->n_threads)};
     cli_host_open(&sum.host, tool->is_quiet, false);
@@ -334,6 +341,9 @@ static int accumulate(const struct accumulate_options *tool,
         warning(tool->is_quiet,
                 "--highlight-threshold: has no effect: read only with a highlight-gain "
                 "or highlight-saturation other than 1");
+    if (choice_is_doubtful(sum.first.colour, &sum.first.layer, tool->layer, text,
+                           sizeof(text)))
+        warning(tool->is_quiet, "%s: %s; name one with --layer", views->items[0], text);
     warn_of_twins(tool, views);
     const int code = add_all(&sum, views);
     views_light_free(sum.light);

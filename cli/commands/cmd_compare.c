@@ -124,6 +124,12 @@ static void warn_of_aspect(const char *path_a, const struct picture *a,
             path_a, (double)a->pixel_aspect, path_b, (double)b->pixel_aspect);
 }
 
+static void warn_of_choice(const char *path, const struct picture *picture)
+{
+    if (picture->doubt[0])
+        warning(false, "%s: %s; name one with --layer", path, picture->doubt);
+}
+
 static int compare(const struct compare_options *tool, const char *path_a,
                    const char *path_b, const struct picture *a, const struct picture *b)
 {
@@ -140,6 +146,8 @@ static int compare(const struct compare_options *tool, const char *path_a,
         message("%s", error.message);
         return EXIT_FAILED;
     }
+    warn_of_choice(path_a, a);
+    warn_of_choice(path_b, b);
     warn_of_aspect(path_a, a, path_b, b);
     primaries_warn(cli_host_open(&host, false, false), path_a, &a->primaries, path_b,
                    &b->primaries, "they are compared", &error);
