@@ -15,6 +15,7 @@
 #include "sequence/frames_check.h"
 #include "sequence/sequence.h"
 #include "sources/alpha.h"
+#include "sources/beside.h"
 #include "sources/choice.h"
 #include "sources/looks.h"
 #include "sources/picture.h"
@@ -209,15 +210,33 @@ static bool add_view(struct sum *sum, const struct operands *views, int i,
     return is_added;
 }
 
+/* The mean of one eye says which, and is alone in its file, as filter has it. */
+static void describe_eye(const struct source *first, const char *eye,
+                         struct source_description *description)
+{
+    if (!first->info.view[0])
+        header_facts_add_text(&description->facts, "view", eye);
+    for (int i = 0; i < description->output.n_channels; i++) {
+        char name[sizeof(description->own_names[i])];
+        beside_drop_view(description->own_names[i], eye, name, sizeof(name));
+        strcpy(description->own_names[i], name);
+    }
+}
+
 /* The mean is no view, and has the focus of the plane that stays in place in them. */
 static void describe_lens(const struct sum *sum, int n_views,
                           struct source_description *description)
 {
-    static const char *const of_view[] = {VIEWS_OFFSET "*", VIEWS_SHEAR "*", NULL};
+    static const char *const of_eye[] = {"multiView", VIEWS_OFFSET "*", VIEWS_SHEAR "*",
+                                         NULL};
+    const struct source *first = &sum->first;
+    const bool is_eye = image_view_count(first->colour) > 1;
     double offset[2], shear_distance;
     if (n_views < 2)
         return;
-    description->output.dropped = of_view;
+    description->output.dropped = is_eye ? of_eye : of_eye + 1;
+    if (is_eye)
+        describe_eye(first, image_view_of(first->colour, first->layer.r), description);
     if (views_find_place(sum->first.colour, NULL, offset, &shear_distance))
         header_facts_add_focus(&description->facts, shear_distance);
     description->output.n_attributes = description->facts.n;

@@ -77,6 +77,19 @@ def test_what_is_named_is_meant(said, command, names, attributes, layer):
     assert not said(command, names, "--layer", layer, attributes=attributes)
 
 
+@pytest.mark.parametrize("eye", ["left", "right"])
+def test_the_mean_of_an_eye_is_alone(said, tmp_path, eye):
+    """Its header listed the other eye, which was not in the file."""
+    views = {"multiView": ["left", "right"]}
+    said("accumulate", EYES, "--layer", eye, attributes=views)
+    channels, attributes = plainexr.read(tmp_path / "out.exr")
+    assert sorted(channels) == ["B", "G", "R"]
+    assert attributes["view"] == eye and "multiView" not in attributes
+    first = plainexr.read(tmp_path / "a.exr")[0]["R" if eye == "left" else "right.R"]
+    second = plainexr.read(tmp_path / "b.exr")[0]["R" if eye == "left" else "right.R"]
+    assert abs(channels["R"] - (first + second) / 2).max() < 1e-6
+
+
 @pytest.mark.parametrize("command", COMMANDS)
 def test_the_only_picture_is_meant(said, command):
     text = said(command, [*"RGB", *IDS, *LIGHTS])
