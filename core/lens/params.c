@@ -192,6 +192,17 @@ void rf_params_init_sized(struct rf_params *params, size_t size)
     params->size = size;
 }
 
+/* Behind a number: " px"; nothing for plain numbers, whose unit is "1". */
+static const char *space_before(const char *unit)
+{
+    return *unit && strcmp(unit, "1") != 0 ? " " : "";
+}
+
+static const char *unit_of(const struct rf_param_info *p)
+{
+    return *space_before(p->unit) ? p->unit : "";
+}
+
 static rf_result check_range(const struct rf_param_info *p, double v,
                              struct rf_error *error)
 {
@@ -199,12 +210,10 @@ static rf_result check_range(const struct rf_param_info *p, double v,
         return rf_fail(error, RF_ERROR_PARAMETER, p->field,
                        "%s is %g, but it takes whole numbers from %g to %g", p->key, v,
                        p->min, p->max);
-    if (!(v >= p->min && v <= p->max)) {
-        const char *unit = strcmp(p->unit, "1") == 0 ? "" : p->unit;
+    if (!(v >= p->min && v <= p->max))
         return rf_fail(error, RF_ERROR_PARAMETER, p->field,
                        "%s is %g; its range is %g to %g%s%s", p->key, v, p->min, p->max,
-                       unit[0] ? " " : "", unit);
-    }
+                       space_before(p->unit), unit_of(p));
     return RF_OK;
 }
 
@@ -291,7 +300,7 @@ rf_result rf_params_set(struct rf_params *params, const char *name, const char *
     if (p->type != RF_TYPE_BOOL && !parse_number(text, &value))
         return rf_fail(error, RF_ERROR_PARAMETER, p->field,
                        "%s cannot be '%.40s'; it is a number from %g to %g%s%s", p->key,
-                       text, p->min, p->max, p->unit[0] ? " " : "", p->unit);
+                       text, p->min, p->max, space_before(p->unit), unit_of(p));
     return rf_params_set_number(params, name, value, error);
 }
 

@@ -41,6 +41,8 @@ def test_options_win(rackfocus, scene, tmp_path):
         ("f-stopp 3", "there is no parameter 'f-stopp' (of another version, or"),
         ("f-stop", "is not a parameter and its value"),
         ("f-stop much", "it is a number from"),
+        ("cat-eye 50%", "it is a number from 0 to 4\n"),
+        ("max-radius all", "it is a number from 0 to 16384 px\n"),
         ("method fast", "method"),
         ("f-stop -1", "f-stop"),
         ("f-stop=2.8", "a '=' behind the parameter; a space stands"),
