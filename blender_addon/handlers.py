@@ -37,6 +37,7 @@ from . import (
     shares,
     shining,
     sharp,
+    slots,
     strips,
     strokes,
     switched,
@@ -54,6 +55,7 @@ from .writing import write
 @persistent
 def on_render_start(scene, *_):
     """Pinhole for the beauty render; the filter scene follows its source."""
+    slots.note()
     engine.rendering.add(scene.name)
     engine.awaited.discard(scene.name)
     failures.told.pop(scene.name, None)
@@ -268,6 +270,7 @@ def on_load(*_):
     failures.told.clear()
     bodies.forget()
     names.forget()
+    slots.forget()
     taken.forget()
     passes.forget()
     finishing.forget()

@@ -18,7 +18,7 @@ from typing import NamedTuple
 import bpy
 import numpy as np
 
-from . import exr, freestyle, main_thread, mirrors, names, printed, sharp
+from . import exr, freestyle, main_thread, mirrors, names, printed, sharp, slots
 from .compat import MultilayerExr
 from .lens import picture_size
 
@@ -297,7 +297,7 @@ class RenderedPasses:
 
     @classmethod
     def _save(cls, scene, path):
-        result = next((i for i in bpy.data.images if i.type == "RENDER_RESULT"), None)
+        result = slots.render_result()
         if result is None:
             raise PassesError("there is no render to filter yet: press F12 first")
         # Saving in another thread while the main one draws the result locks both (5.2).
@@ -310,7 +310,7 @@ class RenderedPasses:
         quiet = printed.without(SAVE_ERROR) if has_views else contextlib.nullcontext()
         with MultilayerExr(scene, has_views):
             try:
-                with quiet:
+                with quiet, slots.last_shown():
                     result.save_render(str(path), scene=scene)
             except RuntimeError as error:
                 # Blender reports a failure for views that it wrote all the same.

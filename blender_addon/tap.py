@@ -13,7 +13,7 @@ from typing import NamedTuple
 import bpy
 import numpy as np
 
-from . import compat, exr, group, main_thread, passes, setup
+from . import compat, exr, group, main_thread, passes, setup, slots
 
 TAP_S = 60.0  # that the main thread may take until it comes to it
 FILE = "tap"
@@ -136,7 +136,7 @@ def _composite(scene, node, names, files, folder):
         setup.settle(scene)
         windows = bpy.context.window_manager.windows
         about = {"window": windows[0]} if len(windows) else {}
-        with bpy.context.temp_override(**about):
+        with bpy.context.temp_override(**about), slots.last_shown():
             bpy.ops.render.render(scene=stand.name)
     finally:
         _remove(stand)

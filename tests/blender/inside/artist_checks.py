@@ -490,6 +490,71 @@ def overlays_are_shown_by_a_refocus_only():
     same(rgba(render(scene, OUT / "a.exr")), picture)
 
 
+def show_slot(number):
+    """Chooses a slot of the Render Result in the Image Editor, and returns all."""
+    image = next(i for i in bpy.data.images if i.type == "RENDER_RESULT")
+    while len(image.render_slots) <= number:
+        image.render_slots.new()
+    image.render_slots.active_index = number
+    return image.render_slots
+
+
+def look_back(*_):
+    """An artist looks at an earlier picture while a render runs."""
+    show_slot(0)
+
+
+@check
+def another_slot_is_shown():
+    """During a render and before a refocus: what was rendered last is filtered."""
+    scene, data = start()
+    cubes = [item for item in scene.objects if item.type == "MESH"]
+    for settings in ({"views": 1}, {"method": "views", "views": 3}):
+        for name, value in settings.items():
+            setattr(data.rack_focus, name, value)
+        wanted = rgba(render(scene, OUT / "a.exr"))
+        show_slot(0)
+        for cube in cubes:
+            cube.hide_render = True
+        earlier = rgba(render(scene, OUT / "a.exr"))
+        for cube in cubes:
+            cube.hide_render = False
+        show_slot(1)
+        bpy.app.handlers.render_pre.append(look_back)
+        try:
+            same(rgba(render(scene, OUT / "a.exr")), wanted)
+        finally:
+            bpy.app.handlers.render_pre.remove(look_back)
+        slots = show_slot(2)
+        bpy.ops.rack_focus.refocus()
+        assert slots.active_index == 2
+        same(result(scene), wanted)
+        for number, picture in enumerate((earlier, wanted)):
+            show_slot(number)
+            same(result(scene), picture)
+
+
+@check
+def another_slot_is_shown_with_a_node_on_an_image():
+    """The slot that is shown keeps its picture while nodes are run by themselves."""
+    scene = bpy.context.scene
+    tree, layers, _ = checking.tree_with_output(scene)
+    tree.nodes.active = layers
+    bpy.ops.rack_focus.add_picture_node()
+    earlier = rgba(render(scene, OUT / "a.exr"))
+    show_slot(1)
+    scene.camera.data.dof.focus_distance = 2
+    bpy.app.handlers.render_pre.append(look_back)
+    try:
+        later = rgba(render(scene, OUT / "a.exr"))
+    finally:
+        bpy.app.handlers.render_pre.remove(look_back)
+    assert np.abs(later - earlier).max() > 0.1
+    for number, picture in enumerate((earlier, later)):
+        show_slot(number)
+        same(result(scene), picture)
+
+
 @check
 def picks_set_keyframes():
     """A focus pull from two picks."""
