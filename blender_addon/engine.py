@@ -40,6 +40,7 @@ from . import (
     supersample,
     taken,
     tap,
+    unwritten,
     view_passes,
     views,
 )
@@ -298,14 +299,9 @@ class RackFocusEngine(bpy.types.RenderEngine):
             if source.name not in alone:
                 passes.set_frame(source, depsgraph.scene.frame_current)
                 taken.note(source, frames[0].camera)
-        elif passes.frame_of(source) not in (None, depsgraph.scene.frame_current):
-            self._note(
-                source,
-                f"this is the render of frame {passes.frame_of(source)}: press F12 for "
-                f"frame {depsgraph.scene.frame_current}",
-            )
         else:
-            self._note(source, taken.why_other(source, frames[0].camera))
+            about = source, depsgraph.scene.frame_current, frames[0].camera
+            self._note(source, unwritten.added(source, taken.why_not_this(*about)))
         self.linked = setup.linked_outputs(source, depsgraph.view_layer.name)
         problem = None
         self._note(source, views.note_of(source))

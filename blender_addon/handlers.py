@@ -44,6 +44,7 @@ from . import (
     taken,
     tap,
     unblurred,
+    unwritten,
     view_cameras,
     view_textures,
     views,
@@ -254,6 +255,7 @@ def _end(scene):
     source = scene.rack_focus.source
     if source is None:
         setup.unmute_sources(scene)
+        unwritten.end(scene)
     elif source.name in engine.alone:
         engine.alone.discard(source.name)
         if not bpy.app.background:
@@ -291,6 +293,7 @@ def _mend():
     park.remove_notice()
     for scene in setup.user_scenes():
         setup.unmute_sources(scene)
+        unwritten.end(scene)
         setup.heal(scene)
         # A tick of a linked camera, by a script, is not in the file.
         is_known = not any(getattr(o, "is_missing", False) for o in bpy.data.libraries)

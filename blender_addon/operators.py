@@ -23,7 +23,7 @@ from . import (
     strips,
     taken,
 )
-from . import unblurred, views
+from . import unblurred, unwritten, views
 
 
 REFUSED = (exr.ExrError, passes.PassesError, finishing.FinishError)
@@ -65,6 +65,7 @@ def refocus(scene, call, own_samples=0):
     for node in group.nodes_of(scene):  # redone, they have lost their images
         group.make_ready(node.node_tree, *lens.picture_size(scene.render))
     setup.sync(scene)
+    unwritten.begin(scene)
     bodies.measure(scene)
     is_job = False
     try:
@@ -74,6 +75,7 @@ def refocus(scene, call, own_samples=0):
     finally:
         if not is_job:  # else the end of the job does it
             setup.unmute_sources(scene)
+            unwritten.end(scene)
             views.end(scene)
 
 

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from . import lens, names
+from . import lens, names, passes
 
 LARGEST_SCALE = 4  # of a supersampled render
 CLOSE = 1e-5  # of numbers that say where a camera stands and what it sees
@@ -120,7 +120,15 @@ def why_refused(scene, size):
     return "the last render has another render region: press F12"
 
 
-def why_other(scene, camera):
+def why_not_this(scene, frame, camera):
+    """Why a refocus shows no picture of a frame through a camera, evaluated, or ""."""
+    made = passes.frame_of(scene)
+    if made not in (None, frame):
+        return f"this is the render of frame {made}: press F12 for frame {frame}"
+    return _why_other(scene, camera)
+
+
+def _why_other(scene, camera):
     """What the artist should know of a refocus through a camera, evaluated, or ""."""
     made = _taken.get(scene.name)
     if made is None:

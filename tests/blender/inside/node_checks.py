@@ -76,6 +76,53 @@ def file_output_nodes():
         same(made, filtered(scene, kept.colour, kept.depth))
 
 
+@check
+def file_output_nodes_of_other_pictures():
+    """A refocus that shows another frame, another view, or the CoC writes no files.
+
+    Nodes in groups neither; muted ones stay so. Then a refocus writes again.
+    """
+    folder = OUT / "other_pictures"
+    scene, data = start()
+    tree = common.tree_of(scene)
+    group = group_of(scene, 1)
+    inner = next(n for n in group.nodes if n.type == "GROUP_INPUT").outputs[0]
+    group.links.new(inner, add_file_output(group, folder / "inner"))
+    off = add_file_output(tree, folder / "off").node
+    off.mute = True
+    holder = tree.nodes.new("CompositorNodeGroup")
+    holder.node_tree = group
+    picture = our_node(tree, scene).outputs["Image"]
+    for end in (holder.inputs[0], add_file_output(tree, folder)):
+        tree.links.new(picture, end)
+    scene.frame_set(3)
+    bpy.ops.render.render()
+
+    def written(call=bpy.ops.rack_focus.refocus, **about):
+        for old in folder.rglob("*.exr"):
+            old.unlink()
+        assert call(**about) == {"FINISHED"}
+        muted = [n for one in (tree, group) for n in one.nodes if n.mute]
+        assert muted == [off], muted
+        return sorted(path.parent.name for path in folder.rglob("*.exr"))
+
+    both = ["inner", "other_pictures"]
+    assert written() == both
+    assert written(bpy.ops.rack_focus.show, show="coc") == []
+    assert written(bpy.ops.rack_focus.show, show="picture") == both
+    scene.frame_set(1)
+    with heard() as said:
+        assert written() == []
+    assert "press F12 for frame 1. File Output nodes write nothing" in said.getvalue()
+    scene.frame_set(3)
+    assert written() == both
+    scene.camera.location.x += 0.1
+    assert written() == []
+    assert "File Output" in last_message(scene)
+    scene.camera.location.x -= 0.1
+    assert written() == both
+
+
 def group_of(scene, depth):
     """A group that mirrors its input, inside `depth` - 1 others; its innermost."""
     inner = None
