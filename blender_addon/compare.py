@@ -5,7 +5,7 @@ import bpy
 import numpy as np
 from bpy.props import FloatProperty, IntProperty
 
-from . import compat, engine, lens, passes, preferences, sampling
+from . import compat, engine, lens, passes, preferences, sampling, slots
 from .library import rackfocus
 from .operators import scene_of
 
@@ -89,7 +89,8 @@ class Renderer:
     def picture(self, use_dof):
         """(colour, depth) of the first view layer that is in use, rows downwards."""
         self.camera.data.dof.use_dof = use_dof
-        bpy.ops.render.render(scene=self.scene.name)
+        with slots.last_shown():
+            bpy.ops.render.render(scene=self.scene.name)
         layer = next(layer for layer in self.scene.view_layers if layer.use)
         found = passes.rendered(self.scene).layer(layer.name)
         return np.array(found.colour), np.array(found.depth)

@@ -556,6 +556,22 @@ def another_slot_is_shown_with_a_node_on_an_image():
 
 
 @check
+def a_comparison_leaves_the_slots():
+    """Its two renders take the picture of no slot."""
+    scene, data = start()
+    pictures = []
+    for number in (0, 1):
+        data.dof.focus_distance = 2 + number
+        pictures.append(rgba(render(scene, OUT / "a.exr")))
+        show_slot(1)
+    show_slot(0)
+    bpy.ops.rack_focus.compare(percentage=50, samples=1)
+    for number, picture in enumerate(pictures):
+        show_slot(number)
+        same(result(scene), picture)
+
+
+@check
 def picks_set_keyframes():
     """A focus pull from two picks."""
     scene, data = start()
