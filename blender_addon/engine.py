@@ -33,6 +33,7 @@ from . import (
     pictures,
     preferences,
     refocusing,
+    running,
     sampling,
     setup,
     sharp,
@@ -55,8 +56,11 @@ EXTRA_PASSES = (
 # Blender draws the picture again for each update of the progress, on the cores that the
 # filter wants (with software OpenGL 0.1 s at 1080p). A refocus of less than this has none.
 UPDATE_S = 0.5
+UNTICKED = (
+    "Rack Focus was unticked during this render, and the picture is sharp: press F12"
+)
 
-rendering = set()  # names of scenes that are rendered now
+rendering = running.scenes
 alone = set()  # names of scenes whose filter scene renders by itself: a node's button
 awaited = set()  # names of scenes of which a frame has begun, and was not filtered yet
 last_run = names.store()  # {"seconds": of each step, "message": of a failure, or ""}
@@ -363,6 +367,8 @@ class RackFocusEngine(bpy.types.RenderEngine):
             # After the node's button a refocus follows, which filters.
             is_final = bpy.app.background or source.name not in alone
             is_final = is_final and not camera_objects.why_unknown(source)
+            if running.is_tick_late and not settings.enabled:
+                self._note(source, UNTICKED)
             if settings.enabled and is_final and not self.is_broken:
                 limit_px = self._filter(
                     frame, found, settings, scene, (picture, coc), seconds, scale

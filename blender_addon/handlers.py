@@ -33,6 +33,7 @@ from . import (
     park,
     passes,
     refocusing,
+    running,
     setup,
     shares,
     shining,
@@ -57,7 +58,7 @@ from .writing import write
 def on_render_start(scene, *_):
     """Pinhole for the beauty render; the filter scene follows its source."""
     slots.note()
-    engine.rendering.add(scene.name)
+    running.begin(scene.name)
     engine.awaited.discard(scene.name)
     failures.told.pop(scene.name, None)
     switched.be_last(FRAME_HANDLERS)
@@ -156,10 +157,11 @@ def on_render_end(scene, *_):
         later = functools.partial(write, task)
         bpy.app.timers.register(later, first_interval=0.05)
     finally:
-        engine.rendering.discard(scene.name)
+        running.end(scene.name)
 
 
 def _finish(scene):
+    names.follow(setup.user_scenes())
     if scene.rack_focus.muted:
         _draw_again()
     _end(scene)
@@ -185,6 +187,7 @@ def on_render_complete(scene, *args):
 def on_frame(scene, *_):
     """A frame of a render begins."""
     engine.awaited.add(scene.name)
+    names.follow(setup.user_scenes())
     if views.is_active(scene):
         task = functools.partial(views.prepare_frame, scene)
         main_thread.run_or_here(task, FRAME_S)
@@ -337,7 +340,7 @@ def on_change(_scene=None, depsgraph=None):
     global _is_busy
     walked.follow(depsgraph)
     taken.follow(depsgraph)
-    if _is_busy or engine.rendering or bpy.app.is_job_running("RENDER"):
+    if _is_busy or running.is_any():
         return
     _is_busy = True
     try:

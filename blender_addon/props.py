@@ -13,7 +13,7 @@ from bpy.props import (
     StringProperty,
 )
 
-from . import compat, lens, parts, pictures, setup, walked, words, writing
+from . import compat, lens, parts, pictures, running, setup, walked, words, writing
 from .library import rackfocus
 
 OVERRIDABLE = {"LIBRARY_OVERRIDABLE"}
@@ -177,6 +177,19 @@ def _switch(field, start):
     )
 
 
+def _tick(data):
+    """`enabled` of a camera has changed; what a render needs stays until its end."""
+    if running.is_any():
+        running.put_off_tick(_follow_ticks)
+    else:
+        setup.camera_changed(data)
+
+
+def _follow_ticks():
+    for scene in setup.user_scenes():
+        setup.refresh(scene)
+
+
 class CameraSettings(bpy.types.PropertyGroup):
     """camera.data.rack_focus"""
 
@@ -184,7 +197,7 @@ class CameraSettings(bpy.types.PropertyGroup):
         override=OVERRIDABLE,
         name="Rack Focus",
         description="Make this camera's depth of field after the render",
-        update=lambda self, context: setup.camera_changed(self.id_data),
+        update=lambda self, _context: _tick(self.id_data),
     )
     quality: EnumProperty(
         override=OVERRIDABLE,

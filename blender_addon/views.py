@@ -35,6 +35,7 @@ from . import (
     memory,
     mirrors,
     moving,
+    names,
     one_by_one,
     parts,
     passes,
@@ -105,7 +106,7 @@ class Session:
         return bpy.data.scenes[self.drawn_name] if self.drawn_name else None
 
 
-_sessions = {}  # name of the user's scene: Session
+_sessions = names.store()  # Session
 
 
 # ---- what is asked for ------------------------------------------------------------

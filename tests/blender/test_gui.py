@@ -50,11 +50,12 @@ def test_the_picker_sets_the_depth(found):
 
 
 def test_views_as_a_job(found):
-    """Four views, refocused; nothing stays behind, after Esc neither."""
+    """Four views, refocused; nothing stays behind, after Esc or unticking neither."""
     values, _ = found
     assert values["views"] == 4 and not values["views_message"]
     assert values["views_change"] > 0.1
     assert values["views_leave_nothing"] and values["views_after_escape"]
+    assert values["views_after_unticking"]
     assert values["escape_message"] in ("", "stopped; the picture is not filtered")
 
 

@@ -571,6 +571,53 @@ def a_comparison_leaves_the_slots():
         same(result(scene), picture)
 
 
+def while_it_renders(scene, task):
+    """The picture of a render in the middle of which task() is done."""
+    begun = []
+
+    def once(*_):
+        if not begun:
+            begun.append(True)
+            task()
+
+    bpy.app.handlers.render_pre.append(once)
+    try:
+        return rgba(render(scene, OUT / "a.exr"))
+    finally:
+        bpy.app.handlers.render_pre.remove(once)
+
+
+@check
+def unticked_while_it_renders():
+    """What the render needs stays until its end; what became of the picture is told."""
+    scene, data = start(method="views")
+    for views in (1, 3):
+        data.rack_focus.views = views
+        wanted = rgba(render(scene, OUT / "a.exr"))
+        with checking.heard() as said:
+            while_it_renders(scene, lambda: setattr(data.rack_focus, "enabled", False))
+        assert "unticked during this render" in said.getvalue(), said.getvalue()
+        addon("handlers").on_change()
+        assert len(bpy.data.scenes) == 1, list(bpy.data.scenes)
+        data.rack_focus.enabled = True
+        same(rgba(render(scene, OUT / "a.exr")), wanted)
+        assert not common.last_message(scene), common.last_message(scene)
+
+
+@check
+def a_scene_that_is_renamed_while_it_renders():
+    """Its picture is that of before, and nothing of the render stays behind."""
+    if bpy.app.version < (4, 5, 0):
+        return  # Blender finds its own render by the name of the scene
+    scene, _ = start(method="views", views=3)
+    wanted = rgba(render(scene, OUT / "a.exr"))
+    same(while_it_renders(scene, lambda: setattr(scene, "name", "Other")), wanted)
+    assert not common.last_message(scene), common.last_message(scene)
+    assert len(bpy.data.scenes) == 2, list(bpy.data.scenes)
+    assert not addon("running").is_any(), addon("running").scenes
+    same(rgba(render(scene, OUT / "a.exr")), wanted)
+
+
 @check
 def picks_set_keyframes():
     """A focus pull from two picks."""

@@ -206,6 +206,16 @@ def several_views():
     yield from wait_for_job()
     FOUND["views_after_escape"] = common.snapshot(scene) == before
     FOUND["escape_message"] = addon("engine").last_run[scene.name]["message"]
+    scene.cycles.samples = 400
+    bpy.ops.render.render("INVOKE_DEFAULT")
+    yield from until(lambda: addon("views").is_active(scene), "the views")
+    yield 0.3
+    data.rack_focus.enabled = False
+    yield from wait_for_job()
+    yield from until(lambda: len(bpy.data.scenes) == 1, "the end of the set-up")
+    data.rack_focus.enabled = True
+    yield 0.5
+    FOUND["views_after_unticking"] = common.snapshot(scene) == before
     scene.cycles.samples = 16
     data.rack_focus.views = 1
     bpy.ops.render.render("INVOKE_DEFAULT")
