@@ -49,7 +49,9 @@ def put_off_tick(task):
 
 
 def _wait(task):
+    global is_tick_late
     if is_any():
         return PAUSE_S
+    is_tick_late = False
     write(task)
     return None

@@ -22,8 +22,8 @@ def note():
     """A render or a refocus begins: its picture goes to the slot that is shown."""
     global _last
     image = render_result()
-    slots = image.render_slots if image is not None else ()
-    _last = (slots.active.as_pointer(), slots.active_index) if len(slots) else None
+    slot = image.render_slots.active if image is not None else None
+    _last = slot and (slot.as_pointer(), image.render_slots.active_index)
 
 
 def forget():
