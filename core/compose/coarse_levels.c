@@ -1,5 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* How coarse levels come into the picture: composite.c says what is computed. */
+/*
+ * How coarse levels come into the picture: composite.c says what is computed.
+ *
+ * A level is composited in bands of its rows of tiles, each of which is merged into the
+ * canvas while it is in the caches; only the last row of the band before must stay. How
+ * high bands are makes no difference for the bits: rows of tiles do not ask each other,
+ * and a row of the canvas changes when all is averaged that looks at it.
+ */
 #include "compose/coarse_levels.h"
 
 #include <stdbool.h>
@@ -21,35 +28,51 @@
 #include "kernels/kernels.h"
 #include "rackfocus/rackfocus.h"
 
-/* The state of a tile of planes that begin at t and sum. */
-static struct rf_tile_state state_of(const struct rf_group *g, int tile, float *t,
-                                     float *sum)
-{
-    size_t at = g->stride * (size_t)(tile / g->n_x * RF_TILE_H) +
-                (size_t)(tile % g->n_x * RF_TILE_W);
-    return (struct rf_tile_state){.t = t + at,
-                                  .t_row = g->stride,
-                                  .t_plane = g->plane,
-                                  .sum = sum + at,
-                                  .row = g->stride,
-                                  .plane = g->plane};
-}
-
 /* Tile columns of a row of tiles that hold or are reached by samples. */
 struct span {
     int first, end;
 };
 
 /*
- * Planes of one coarse level: T before it, and per cell the sums of its samples. Both
- * are defined in active tiles and in those beside them.
+ * Tiles of one coarse level: per cell the sums of its samples, and T before it. They are
+ * defined where tiles are active, and in tiles beside those; of the rows of tiles only
+ * the last n_kept.
  */
 struct level {
-    float *t;         /* [cell][y][x] */
-    float *sum;       /* [cell][plane][y][x] */
+    float *at;        /* [tile][cell][plane][y][x], T after the planes of the sums */
+    int n_kept;       /* a row of tiles takes the place of the one so many before it */
     uint64_t *some;   /* [cell][y][tile]: a bit per pixel, where a sum is not 0 */
     struct span *row; /* active tiles of each row of tiles */
 };
+
+/* Floats of a plane; with whole pages rows of all planes would share one place of the
+ * caches. */
+enum { PLANE = RF_TILE_H * RF_TILE_W + 16 };
+
+/* Plane p of a cell in tile (tx, ty), where it is kept; T is the one after the sums. */
+static float *plane_at(const struct rf_composer *c, const struct rf_group *g,
+                       const struct level *level, int cell, int p, int tx, int ty)
+{
+    size_t tile = (size_t)(ty % level->n_kept) * (size_t)g->n_x + (size_t)tx;
+    size_t n_planes = (size_t)c->canvas.n_planes + 1;
+    size_t first = (tile * (size_t)c->canvas.n_cells + (size_t)cell) * n_planes;
+    return level->at + PLANE * (first + (size_t)p);
+}
+
+static struct rf_tile_state state_of(const struct rf_composer *c,
+                                     const struct rf_group *g,
+                                     const struct level *level, int tile)
+{
+    int tx = tile % g->n_x, ty = tile / g->n_x, n_planes = c->canvas.n_planes;
+    const size_t cell = PLANE * ((size_t)n_planes + 1);
+    return (struct rf_tile_state){.t = plane_at(c, g, level, 0, n_planes, tx, ty),
+                                  .t_row = RF_TILE_W,
+                                  .t_plane = cell,
+                                  .sum = plane_at(c, g, level, 0, 0, tx, ty),
+                                  .row = RF_TILE_W,
+                                  .plane = PLANE,
+                                  .cell = cell};
+}
 
 static struct span active_tiles(const struct rf_group *g, int ty)
 {
@@ -128,12 +151,13 @@ static void fetch_block_row(const struct rf_composer *c, int tile, int cell, int
         rf_fetch(rows.t + rows.stride * (size_t)i, rows.n);
 }
 
-/* The same for levels whose pixels are more than one tile; `row` has room for two rows
- * of the canvas. */
-static void average_coarse(const struct rf_composer *c, int level, int cell, int y0,
-                           int n_rows, float *row, float *out)
+/* The same for levels whose pixels are more than one tile; `row` has room for three rows
+ * of the canvas, of which it returns the last. */
+static const float *average_coarse(const struct rf_composer *c, int level, int cell,
+                                   int y0, int n_rows, float *row)
 {
     size_t width = c->canvas.stride;
+    float *out = row + 2 * width;
     memset(row, 0, width * sizeof *row);
     for (int y = y0; y < y0 + n_rows; y++)
         for (int tx = 0; tx < c->canvas.n_x; tx++) {
@@ -145,6 +169,16 @@ static void average_coarse(const struct rf_composer *c, int level, int cell, int
         }
     const struct block_row sums = {row, width, 1, c->scene->width};
     average_blocks(c, &sums, level, row + width, out);
+    return out;
+}
+
+/* T of pixel (x, y) of the level. */
+static float *t_at(const struct rf_composer *c, const struct rf_group *g,
+                   const struct level *level, int cell, int x, int y)
+{
+    return plane_at(c, g, level, cell, c->canvas.n_planes, x / RF_TILE_W,
+                    y / RF_TILE_H) +
+           y % RF_TILE_H * RF_TILE_W + x % RF_TILE_W;
 }
 
 /* T of the canvas averaged to one row of the level, in its active tiles. */
@@ -153,18 +187,20 @@ static void average_row(const struct rf_composer *c, const struct rf_group *g,
 {
     struct span tiles = level->row[y / RF_TILE_H];
     int y0 = y << g->level, n_rows = rf_min_int(1 << g->level, c->scene->height - y0);
-    float *out = level->t + g->plane * (size_t)cell + g->stride * (size_t)y;
     if (tiles.first >= tiles.end)
         return;
     if (g->level > FINE_LEVEL) {
-        average_coarse(c, g->level, cell, y0, n_rows, row, out);
+        const float *means = average_coarse(c, g->level, cell, y0, n_rows, row);
+        for (int x = 0; x < g->width; x++)
+            *t_at(c, g, level, cell, x, y) = means[x];
         return;
     }
     int first = tiles.first << g->level; /* of the canvas' tiles */
     int end = rf_min_int(tiles.end << g->level, c->canvas.n_x);
     const float *fresh_mean = NULL; /* the same in all tiles that nothing has come to */
     for (int tx = first; tx < end; tx++) {
-        float fresh[RF_TILE_W], *to = out + (tx * RF_TILE_W >> g->level);
+        float fresh[RF_TILE_W];
+        float *to = t_at(c, g, level, cell, tx * RF_TILE_W >> g->level, y);
         int tile = y0 / RF_TILE_H * c->canvas.n_x + tx;
         bool is_fresh = !c->canvas.is_begun[tile];
         if (tx + 1 < end)
@@ -201,12 +237,12 @@ static void run_level_tile(const struct rf_composer *c, const struct rf_group *g
 {
     int tx = tile % g->n_x, ty = tile / g->n_x;
     int n_cells = c->canvas.n_cells, n_planes = c->canvas.n_planes;
-    struct rf_tile_state state = state_of(g, tile, level->t, level->sum);
-    state.cell = g->plane * (size_t)n_planes;
+    struct rf_tile_state state = state_of(c, g, level, tile);
     if (!rf_has_near(g, tx, ty, 2))
         return;
-    for (int p = 0; p < n_cells * n_planes; p++)
-        rf_clear_tile(state.sum + state.plane * (size_t)p, state.row);
+    for (int i = 0; i < n_cells * n_planes; i++)
+        rf_clear_tile(plane_at(c, g, level, i / n_planes, i % n_planes, tx, ty),
+                      RF_TILE_W);
     if (!rf_has_near(g, tx, ty, 1) || rf_is_used_up(&state, n_cells))
         return;
     take_t(c, &state, thread);
@@ -283,33 +319,64 @@ struct wide_rows {
     float at[2][(RF_MAX_PLANES + 1) * RF_TILE_W];
 };
 
+/* A pixel of the tile beside one; the one below it, which is asked for next, is nowhere
+ * near. */
+static inline __attribute__((always_inline)) float pixel_beside(const float *at)
+{
+    __builtin_prefetch(at + RF_TILE_W);
+    return *at;
+}
+
+/*
+ * n pixels of row y of a plane of the level from x on, all but the first and the last in
+ * one tile; beyond its sides lies what is at them. In place, or in `own`.
+ */
+static const float *level_row(const struct rf_composer *c, const struct rf_group *g,
+                              const struct level *level, int cell, int p, int x, int y,
+                              int n, float *own)
+{
+    const int tx = (x + 1) / RF_TILE_W, ty = y / RF_TILE_H;
+    const int row = y % RF_TILE_H * RF_TILE_W, first = row + (x + 1) % RF_TILE_W;
+    const int end = first + n - 2; /* within the tile; then of its row */
+    const float *in = plane_at(c, g, level, cell, p, tx, ty);
+    const bool has_right = x + n <= g->width;
+    if (first > row && end < row + RF_TILE_W && has_right)
+        return in + first - 1;
+    int n_here = rf_min_int(n - 2, g->width - (x + 1));
+    if (n_here == RF_TILE_W / 2) /* of level 1, of which most are: no call */
+        memcpy(own + 1, in + first, RF_TILE_W / 2 * sizeof *own);
+    else
+        memcpy(own + 1, in + first, (size_t)n_here * sizeof *own);
+    if (first > row)
+        own[0] = in[first - 1];
+    else if (tx > 0)
+        own[0] = pixel_beside(plane_at(c, g, level, cell, p, tx - 1, ty) + row +
+                              RF_TILE_W - 1);
+    else
+        own[0] = in[first];
+    if (has_right)
+        own[n - 1] =
+            end < row + RF_TILE_W
+                ? in[end]
+                : pixel_beside(plane_at(c, g, level, cell, p, tx + 1, ty) + row);
+    for (int i = n_here + 1; i < n && !has_right; i++)
+        own[i] = own[n_here];
+    return own;
+}
+
 /* Row y of the level as wide as a tile of the canvas that begins at x0. */
 static const float *widen(const struct rf_composer *c, const struct rf_group *g,
                           const struct level *level, int cell, int y, int x0,
                           struct wide_rows *rows)
 {
-    float *out = rows->at[y % 2], ends[RF_TILE_W / 2 + 2];
-    int n_planes = c->canvas.n_planes, first = x0 >> g->level;
-    int n = rf_max_int(RF_TILE_W >> g->level, 1) + 2;
-    bool is_inner = first > 0 && first + n - 2 < g->width;
+    float *out = rows->at[y % 2], own[RF_TILE_W / 2 + 2];
+    int first = x0 >> g->level, n = rf_max_int(RF_TILE_W >> g->level, 1) + 2;
     if (rows->y[y % 2] == y)
         return out;
     rows->y[y % 2] = y;
-    for (int p = 0; p <= n_planes; p++) {
-        const float *plane = p < n_planes
-                                 ? level->sum + g->plane * (size_t)(cell * n_planes + p)
-                                 : level->t + g->plane * (size_t)cell;
-        const float *row = plane + g->stride * (size_t)y, *in = ends;
-        if (is_inner) {
-            in = row + first - 1;
-            if (y + 1 < g->height)
-                rf_fetch(in + g->stride, n);
-        }
-        for (int i = 0; i < n && !is_inner; i++)
-            ends[i] = row[rf_min_int(rf_max_int(first - 1 + i, 0), g->width - 1)];
-        c->kernels->stretch(in, g->level, x0 - (first << g->level),
-                            out + RF_TILE_W * p);
-    }
+    for (int p = 0; p <= c->canvas.n_planes; p++)
+        c->kernels->stretch(level_row(c, g, level, cell, p, first - 1, y, n, own),
+                            g->level, x0 - (first << g->level), out + RF_TILE_W * p);
     return out;
 }
 
@@ -382,17 +449,33 @@ static void merge_tile(const struct rf_composer *c, const struct rf_group *g,
         close_insides(c, g, tile, &state);
 }
 
+/*
+ * Tiles of a band for each thread, at the least: so many that threads wait little for
+ * each other at its end.
+ */
+enum { BAND_TILES = 16 };
+
+/* Rows of tiles in a band. */
+static int band_rows(const struct rf_composer *c, const struct rf_group *g)
+{
+    int n_rows = (BAND_TILES * c->n_threads + g->n_x - 1) / g->n_x;
+    return rf_min_int(n_rows, g->n_y);
+}
+
 static bool allocate_level(const struct rf_composer *c, const struct rf_group *g,
                            struct level *level)
 {
-    size_t n_cells = (size_t)c->canvas.n_cells, n_planes = (size_t)c->canvas.n_planes;
+    size_t n_cells = (size_t)c->canvas.n_cells;
     size_t n_words = (size_t)(g->n_x * g->n_y) * RF_TILE_H * n_cells;
+    int n_kept = rf_min_int(band_rows(c, g) + 1, g->n_y);
+    size_t n_tiles = (size_t)n_kept * (size_t)g->n_x;
+    size_t n_planes = n_cells * ((size_t)c->canvas.n_planes + 1);
     *level = (struct level){
-        .t = rf_alloc(c->context, g->plane * n_cells, sizeof(float)),
-        .sum = rf_alloc(c->context, g->plane * n_cells * n_planes, sizeof(float)),
+        .at = rf_alloc(c->context, n_tiles * n_planes * PLANE, sizeof(float)),
+        .n_kept = n_kept,
         .some = rf_calloc(c->context, n_words, sizeof *level->some),
         .row = rf_alloc(c->context, (size_t)g->n_y, sizeof *level->row)};
-    if (!level->t || !level->sum || !level->some || !level->row)
+    if (!level->at || !level->some || !level->row)
         return false;
     for (int ty = 0; ty < g->n_y; ty++)
         level->row[ty] = active_tiles(g, ty);
@@ -403,15 +486,14 @@ static void free_level(const struct rf_composer *c, struct level *level)
 {
     rf_free(c->context, level->row);
     rf_free(c->context, level->some);
-    rf_free(c->context, level->sum);
-    rf_free(c->context, level->t);
+    rf_free(c->context, level->at);
 }
 
 /* A tile without samples near it is not looked at. */
 static void clear_t(const struct rf_composer *c, const struct rf_group *g,
                     const struct level *level, int tile)
 {
-    struct rf_tile_state state = state_of(g, tile, level->t, level->sum);
+    struct rf_tile_state state = state_of(c, g, level, tile);
     if (rf_has_near(g, tile % g->n_x, tile / g->n_x, 2))
         for (int cell = 0; cell < c->canvas.n_cells; cell++)
             rf_clear_tile(state.t + state.t_plane * (size_t)cell, state.t_row);
@@ -423,23 +505,25 @@ struct running {
     const struct rf_group *g;
     struct level level;
     bool is_visible;
-    float *rows; /* n_row floats for each thread */
+    int first_row, end_row; /* of a band, pixels of the level */
+    float *rows;            /* n_row floats for each thread */
     size_t n_row;
 };
 
 static void clear_tiles(void *data, int64_t begin, int64_t end, int thread)
 {
     const struct running *r = data;
+    const int first = r->first_row / RF_TILE_H * r->g->n_x;
     for (int64_t i = begin; i < end; i++)
-        clear_t(r->c, r->g, &r->level, (int)i);
+        clear_t(r->c, r->g, &r->level, first + (int)i);
 }
 
 static void average_rows(void *data, int64_t begin, int64_t end, int thread)
 {
     const struct running *r = data;
-    int height = r->g->height;
+    int n = r->end_row - r->first_row;
     for (int i = (int)begin; i < (int)end; i++)
-        average_row(r->c, r->g, &r->level, i / height, i % height,
+        average_row(r->c, r->g, &r->level, i / n, r->first_row + i % n,
                     r->rows + r->n_row * (size_t)thread);
 }
 
@@ -447,42 +531,77 @@ static void run_tiles(void *data, int64_t begin, int64_t end, int thread)
 {
     const struct running *r = data;
     struct rf_task *task = r->c->scene->task;
+    const int first = r->first_row / RF_TILE_H * r->g->n_x;
     for (int64_t i = begin; i < end && !rf_task_is_cancelled(task); i++) {
-        run_level_tile(r->c, r->g, &r->level, (int)i, thread);
+        run_level_tile(r->c, r->g, &r->level, first + (int)i, thread);
         rf_task_step(task);
     }
 }
 
+/* Tiles of the canvas, from a row of them on. */
+struct merging {
+    const struct running *running;
+    int first_row;
+};
+
 static void merge_tiles(void *data, int64_t begin, int64_t end, int thread)
 {
-    const struct running *r = data;
+    const struct merging *m = data;
+    const struct running *r = m->running;
     struct rf_task *task = r->c->scene->task;
+    const int first = m->first_row * r->c->canvas.n_x;
     for (int64_t i = begin; i < end && !rf_task_is_cancelled(task); i++) {
-        merge_tile(r->c, r->g, &r->level, r->is_visible, (int)i);
+        merge_tile(r->c, r->g, &r->level, r->is_visible, first + (int)i);
         rf_task_step(task);
     }
+}
+
+/* The first row of tiles of the canvas that looks at rows of the level from end_row on. */
+static int merged_rows(const struct running *r, int n_rows)
+{
+    const int height = r->c->scene->height, level = r->g->level;
+    int ty = 0;
+    for (; ty < n_rows; ty++) {
+        int last = rf_min_int((ty + 1) * RF_TILE_H, height) - 1;
+        if (between_at(last, level, r->g->height).high >= r->end_row)
+            break;
+    }
+    return ty;
+}
+
+/* Composites a band, and merges what is complete by then. */
+static void run_band(struct running *r, struct merging *m)
+{
+    const struct rf_context *context = r->c->context;
+    const struct rf_group full = rf_group_make(r->c, 0, false);
+    const int n_rows = r->end_row - r->first_row;
+    const int64_t n_tiles = (int64_t)((n_rows + RF_TILE_H - 1) / RF_TILE_H) * r->g->n_x;
+    rf_parallel(context, n_tiles, RF_EQUAL_PARTS, clear_tiles, r);
+    rf_parallel(context, (int64_t)r->c->canvas.n_cells * n_rows, RF_EQUAL_PARTS,
+                average_rows, r);
+    rf_parallel(context, n_tiles, 1, run_tiles, r);
+    const int end = merged_rows(r, full.n_y);
+    rf_parallel(context, (int64_t)full.n_x * (end - m->first_row), 8, merge_tiles, m);
+    m->first_row = end;
 }
 
 rf_result rf_run_level(const struct rf_composer *c, const struct rf_group *g,
                        bool is_visible, struct rf_error *error)
 {
     const struct rf_context *context = c->context;
-    const int64_t n_tiles = (int64_t)g->n_x * g->n_y;
     struct running r = {
-        .c = c, .g = g, .is_visible = is_visible, .n_row = 2 * c->canvas.stride};
-    struct rf_group full = rf_group_make(c, 0, false);
+        .c = c, .g = g, .is_visible = is_visible, .n_row = 3 * c->canvas.stride};
+    struct merging merging = {&r, 0};
+    const int n_band = band_rows(c, g) * RF_TILE_H;
     bool has_level = allocate_level(c, g, &r.level);
     r.rows = rf_alloc(context, r.n_row * (size_t)context->n_threads, sizeof *r.rows);
     rf_result result = RF_OK;
     if (!has_level || !r.rows)
         result =
             rf_fail_memory(error, g->plane * (size_t)c->canvas.n_cells, sizeof(float));
-    if (result == RF_OK) {
-        rf_parallel(context, n_tiles, RF_EQUAL_PARTS, clear_tiles, &r);
-        rf_parallel(context, (int64_t)c->canvas.n_cells * g->height, RF_EQUAL_PARTS,
-                    average_rows, &r);
-        rf_parallel(context, n_tiles, 1, run_tiles, &r);
-        rf_parallel(context, (int64_t)full.n_x * full.n_y, 8, merge_tiles, &r);
+    for (; result == RF_OK && r.first_row < g->height; r.first_row = r.end_row) {
+        r.end_row = rf_min_int(r.first_row + n_band, g->height);
+        run_band(&r, &merging);
     }
     rf_free(context, r.rows);
     free_level(c, &r.level);

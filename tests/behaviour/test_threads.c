@@ -51,6 +51,20 @@ static void more_threads_than_work(void)
     }
 }
 
+/* Coarse levels are composited band by band by few threads, at once by many. */
+static void bands_of_coarse_levels_leave_no_seam(void)
+{
+    struct frame f = frame_make(70, 1500, 3);
+    struct rf_params params;
+    scene_params(&params, RF_METHOD_LAYERED);
+    frame_fill_scene(&f, 20);
+    REQUIRE(frame_filter(&f, &params, 1, NULL) == RF_OK);
+    uint64_t one = hash_bytes(0, f.out, frame_bytes(&f));
+    REQUIRE(frame_filter(&f, &params, 16, NULL) == RF_OK);
+    CHECK(hash_bytes(0, f.out, frame_bytes(&f)) == one);
+    frame_free(&f);
+}
+
 enum { N_WORKERS = 4, N_ROUNDS = 3 };
 
 struct worker {
@@ -146,6 +160,7 @@ int main(int argc, char **argv)
     rf_method_list(&n_methods);
     TEST(same_bits_for_1_2_and_7_threads);
     TEST(more_threads_than_work);
+    TEST(bands_of_coarse_levels_leave_no_seam);
     TEST(one_filter_in_many_threads);
     TEST(a_filter_has_no_memory);
     return testing_end();
