@@ -40,6 +40,7 @@ struct span {
  */
 struct level {
     float *at;        /* [tile][cell][plane][y][x], T after the planes of the sums */
+    size_t n_floats;  /* of these */
     int n_kept;       /* a row of tiles takes the place of the one so many before it */
     uint64_t *some;   /* [cell][y][tile]: a bit per pixel, where a sum is not 0 */
     struct span *row; /* active tiles of each row of tiles */
@@ -451,7 +452,8 @@ static void merge_tile(const struct rf_composer *c, const struct rf_group *g,
 
 /*
  * Tiles of a band for each thread, at the least: so many that threads wait little for
- * each other at its end.
+ * each other at its end. Bands are worth 27 MB of 315 and 6 % of the time of one view
+ * (docs/notebook/performance.md).
  */
 enum { BAND_TILES = 16 };
 
@@ -470,8 +472,10 @@ static bool allocate_level(const struct rf_composer *c, const struct rf_group *g
     int n_kept = rf_min_int(band_rows(c, g) + 1, g->n_y);
     size_t n_tiles = (size_t)n_kept * (size_t)g->n_x;
     size_t n_planes = n_cells * ((size_t)c->canvas.n_planes + 1);
+    const size_t n_floats = n_tiles * n_planes * PLANE;
     *level = (struct level){
-        .at = rf_alloc(c->context, n_tiles * n_planes * PLANE, sizeof(float)),
+        .at = rf_alloc(c->context, n_floats, sizeof(float)),
+        .n_floats = n_floats,
         .n_kept = n_kept,
         .some = rf_calloc(c->context, n_words, sizeof *level->some),
         .row = rf_alloc(c->context, (size_t)g->n_y, sizeof *level->row)};
@@ -597,8 +601,7 @@ rf_result rf_run_level(const struct rf_composer *c, const struct rf_group *g,
     r.rows = rf_alloc(context, r.n_row * (size_t)context->n_threads, sizeof *r.rows);
     rf_result result = RF_OK;
     if (!has_level || !r.rows)
-        result =
-            rf_fail_memory(error, g->plane * (size_t)c->canvas.n_cells, sizeof(float));
+        result = rf_fail_memory(error, r.level.n_floats, sizeof(float));
     for (; result == RF_OK && r.first_row < g->height; r.first_row = r.end_row) {
         r.end_row = rf_min_int(r.first_row + n_band, g->height);
         run_band(&r, &merging);

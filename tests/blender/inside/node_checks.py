@@ -121,6 +121,33 @@ def file_output_nodes_of_other_pictures():
     assert "File Output" in last_message(scene)
     scene.camera.location.x -= 0.1
     assert written() == both
+    check_a_file_saved_meanwhile(scene)
+
+
+def check_a_file_saved_meanwhile(scene):
+    """File Output nodes that a refocus had muted write again where it is opened."""
+    path, n_muted = OUT / "saved_meanwhile.blend", []
+
+    def outputs():
+        return [
+            node
+            for tree in {common.tree_of(bpy.context.scene), *bpy.data.node_groups}
+            for node in tree.nodes
+            if node.type == "OUTPUT_FILE"
+        ]
+
+    def save(*_):
+        n_muted.append(sum(node.mute for node in outputs()))
+        bpy.ops.wm.save_as_mainfile(filepath=str(path), copy=True)
+
+    scene.frame_set(1)
+    bpy.app.handlers.render_pre.append(save)
+    bpy.ops.rack_focus.refocus()
+    bpy.app.handlers.render_pre.remove(save)
+    assert max(n_muted) == 3, n_muted
+    bpy.ops.wm.open_mainfile(filepath=str(path))
+    assert [node.mute for node in outputs()].count(True) == 1
+    assert len(outputs()) == 3
 
 
 def group_of(scene, depth):
