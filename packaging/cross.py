@@ -146,12 +146,23 @@ endian = 'little'
 def soon_compiled(platform):
     """Options of meson for a build that tests look at: ours is compiled as it is
     packaged; libraries of others, and what no machine here can run, without optimization.
+    Files of a library of others are compiled together: most of their time goes by reading
+    headers (for Windows 4 s instead of 25 for libpng, 6 instead of 55 for OpenEXR).
     """
+    options = ["-Dunity=subprojects", "-Dunity_size=100"]
     if platform.startswith("macos"):
-        return ["-Doptimization=0"]
+        return [*options, "-Doptimization=0"]
     path = BUILD / "libraries.ini"
-    write_if_new(path, "[properties]\nlibrary_c_args = ['-O0']\n")
-    return ["--cross-file", path]
+    write_if_new(
+        path,
+        """[properties]
+library_c_args = ['-O0']
+
+[freetype2:built-in options]
+c_args = ['-O0']
+""",
+    )
+    return [*options, "--cross-file", path]
 
 
 @contextlib.contextmanager
