@@ -105,8 +105,11 @@ class Frame(NamedTuple):
     camera: object  # evaluated
 
 
-def no_depth(layer_name):
+def no_depth(scene, layer_name):
     """The message for a view layer without a depth pass."""
+    layer = scene.view_layers.get(layer_name)
+    if layer is not None and layer.use_pass_z:
+        return f"view layer “{layer_name}” was rendered without its depth: press F12"
     return f"view layer “{layer_name}” has no depth: switch on Passes > Data > Z"
 
 
@@ -456,9 +459,9 @@ class RackFocusEngine(bpy.types.RenderEngine):
     def _filter(self, frame, found, settings, scene, targets, seconds, scale):
         """Filters into (picture, coc), rows upwards; returns the CoC limit in px."""
         picture, coc = targets
-        if any(layer.depth is None for layer, _ in found):
-            raise Problem(no_depth(frame.layer))
         source, render = scene.rack_focus.source.original, scene.render
+        if any(layer.depth is None for layer, _ in found):
+            raise Problem(no_depth(source, frame.layer))
         reason = sampling.why_no_depth(source, found[0][0].depth)
         if reason:
             raise Problem(reason)

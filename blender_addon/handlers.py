@@ -138,13 +138,16 @@ def _start(scene):
     if source is not None:
         setup.sync(source)
         engine.alone.add(source.name)
-    elif setup.filter_scene_of(scene) is not None:
-        passes.forget(scene)
-        taken.forget(scene)
-        finishing.forget(scene)
-        strokes.forget(scene)
-        lamps.forget(scene)
-        setup.sync(scene)
+        return
+    for module in (
+        passes,
+        taken,
+        finishing,
+        strokes,
+        lamps,
+    ):  # of scenes that are plain, too
+        module.forget(scene)
+    setup.sync(scene)
 
 
 @persistent
@@ -232,6 +235,8 @@ def on_frame_change_post(scene, depsgraph=None):
     _follow_script(scene)
     source = scene.rack_focus.viewed if is_copy else scene
     is_filtered = source is not None and setup.is_filtered(source)
+    if source == scene and not is_filtered:
+        _note_plain(scene, depsgraph)
     if is_filtered and (is_copy or setup.is_composited(source, engine.rendering)):
         are_open = scene.rack_focus.is_own_lens
         cameras, ours = camera_objects.cameras_of(source), setup.filter_scene_of(source)
@@ -244,6 +249,15 @@ def on_frame_change_post(scene, depsgraph=None):
     if is_copy:
         task = functools.partial(views.follow, scene, depsgraph)
         main_thread.run_or_here(task, FRAME_S)
+
+
+def _note_plain(scene, depsgraph):
+    """What is not filtered now may be by a Refocus, once the box is ticked."""
+    is_ours = scene.rack_focus.source is not None or scene.rack_focus.is_tap
+    if is_ours or scene.library is not None or scene.camera is None:
+        return
+    passes.set_frame(scene, scene.frame_current)
+    taken.note(scene, scene.camera.evaluated_get(depsgraph))
 
 
 def _draw_again():

@@ -25,7 +25,7 @@ def depth_at(scene, x, y):
         if layer.use:
             first = rendered.views(layer.name, *view)[:1]
             if first[0][0].depth is None:
-                raise passes.PassesError(engine.no_depth(layer.name))
+                raise passes.PassesError(engine.no_depth(scene, layer.name))
             if camera is not None:
                 first = lamps.placed(first, scene, layer.name, camera)
             depth = first[0][0].depth
