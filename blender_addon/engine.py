@@ -11,6 +11,7 @@ import numpy as np
 
 from . import (
     bodies,
+    called,
     camera_objects,
     compat,
     denoising,
@@ -311,11 +312,14 @@ class RackFocusEngine(bpy.types.RenderEngine):
             self._note(source, unwritten.added(source, taken.why_not_this(*about)))
         self.linked = setup.linked_outputs(source, depsgraph.view_layer.name)
         problem = None
+        if not rendering and source.name not in alone:  # nobody was told of its begin
+            called.put_back()
+            problem = Problem(called.LOST)
         self._note(source, views.note_of(source))
         try:
             views.collect(source)
         except Exception as error:
-            problem = error
+            problem = problem or error
         self.is_broken = problem is not None
         rendered = passes.rendered(source)
         seconds["passes"] = time.perf_counter() - started

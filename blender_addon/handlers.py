@@ -7,6 +7,7 @@ once in some dozens of renders (5.2, busy processor).
 """
 
 import functools
+import sys
 
 import bpy
 from bpy.app.handlers import persistent
@@ -14,6 +15,7 @@ from bpy.app.handlers import persistent
 from . import (
     blended,
     bodies,
+    called,
     camera_objects,
     driven,
     engine,
@@ -58,10 +60,11 @@ from .writing import write
 def on_render_start(scene, *_):
     """Pinhole for the beauty render; the filter scene follows its source."""
     slots.note()
-    running.begin(scene.name)
+    running.begin(scene.name, sys._getframe().f_back)
     engine.awaited.discard(scene.name)
     failures.told.pop(scene.name, None)
-    switched.be_last(FRAME_HANDLERS)
+    called.put_back()
+    called.be_last(FRAME_HANDLERS)
     if scene.rack_focus.muted:
         return  # refocus() has prepared it; the main thread may be drawing
     try:
@@ -283,7 +286,8 @@ def _end(scene):
 @persistent
 def on_load(*_):
     """A file that was saved in the middle of a render opens as it was before."""
-    engine.rendering.clear()
+    called.put_back()
+    running.forget()
     engine.last_run.clear()
     camera_objects.forget_strips()
     failures.told.clear()
@@ -322,7 +326,7 @@ def _mend():
 @persistent
 def on_save_start(*_):
     """The file that is written shows the sharp picture where the add-on is missing."""
-    if not engine.rendering:
+    if not running.is_any():
         write(_park)
 
 
@@ -352,6 +356,7 @@ _is_busy = False
 def on_change(_scene=None, depsgraph=None):
     """Follows a change of the scene's camera, its view layers, or a copied scene."""
     global _is_busy
+    called.put_back()
     walked.follow(depsgraph)
     taken.follow(depsgraph)
     if _is_busy or running.is_any():
@@ -406,15 +411,10 @@ HANDLERS = (
 def register():
     """Adds the handlers."""
     passes.clear_dead_folders()
-    for name, handler in HANDLERS:
-        if hasattr(bpy.app.handlers, name):
-            getattr(bpy.app.handlers, name).append(handler)
+    called.add(HANDLERS)
 
 
 def unregister():
     """Removes them."""
-    for name, handler in HANDLERS:
-        handlers = getattr(bpy.app.handlers, name, ())
-        if handler in handlers:
-            handlers.remove(handler)
+    called.remove()
     passes.forget()

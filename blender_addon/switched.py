@@ -7,18 +7,7 @@ handlers are called with a copy: the cameras of its views become children of the
 one. Cameras that are bound to markers come from these.
 """
 
-import bpy
-
 from . import camera_objects
-
-
-def be_last(handlers):
-    """Calls ours after those of the file's scripts; handlers: (name, function) each."""
-    for name, handler in handlers:
-        found = getattr(bpy.app.handlers, name)
-        if handler in found:
-            found.remove(handler)
-            found.append(handler)
 
 
 def _has_markers(scene):

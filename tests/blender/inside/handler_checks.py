@@ -4,8 +4,10 @@
 handler_checks.py DIST OUT [CHECK ...]    writes OUT/handler_results.json
 """
 
+import contextlib
 import sys
 from pathlib import Path
+from unittest.mock import patch
 
 import bpy
 
@@ -13,7 +15,9 @@ sys.path.insert(0, str(Path(__file__).parent))
 import checking  # noqa: E402
 import common  # noqa: E402
 from checking import (  # noqa: E402
+    BASE,
     Checks,
+    heard,
     refocused,
     shot,
     update,
@@ -21,6 +25,75 @@ from checking import (  # noqa: E402
 from common import addon, last_message, same, start  # noqa: E402
 
 check = Checks()
+
+
+@contextlib.contextmanager
+def cleared(*names):
+    """A script takes all handlers out of some lists; those of others come back."""
+    lists = [getattr(bpy.app.handlers, name) for name in names]
+    kept = [list(handlers) for handlers in lists]
+    for handlers in lists:
+        handlers.clear()
+    try:
+        yield
+    finally:
+        for handlers, before in zip(lists, kept, strict=True):
+            handlers.extend([one for one in before if one not in handlers])
+
+
+def names_of_lists():
+    """The lists that have handlers of ours."""
+    names = [name for name, _ in addon("handlers").HANDLERS]
+    return [name for name in names if hasattr(bpy.app.handlers, name)]
+
+
+@check
+def scripts_that_clear_handlers():
+    """The lens is made once, though the camera's own is on."""
+    scene, data = start()
+    data.dof.use_dof = True
+    wanted = shot(scene, "a.exr")
+    for name in names_of_lists():
+        with cleared(name):
+            same(shot(scene, "a.exr"), wanted)
+        assert not last_message(scene), (name, last_message(scene))
+    assert not addon("running").is_any(), addon("running").scenes
+
+
+@check
+def scripts_that_clear_all_handlers():
+    """The camera's own lens once, and told; the next render is filtered."""
+    for settings in ({"views": 1}, {"method": "views", "views": 3}):
+        bpy.ops.wm.open_mainfile(filepath=str(BASE))
+        scene, data = start(**settings)
+        data.dof.use_dof = True
+        wanted = shot(scene, "a.exr")
+        data.rack_focus.enabled = False
+        own = shot(scene, "a.exr")
+        data.rack_focus.enabled = True
+        with cleared(*names_of_lists()), heard() as said:
+            same(shot(scene, "a.exr"), own)
+            assert "a script took the handlers" in said.getvalue(), said.getvalue()
+            same(shot(scene, "a.exr"), wanted)
+        assert not last_message(scene), last_message(scene)
+
+
+@check
+def a_film_that_cannot_be_opened():
+    """Blender tells nobody of its end; ticks and changes are followed all the same."""
+    scene, data = start()
+    shot(scene, "a.exr")
+    if hasattr(scene.render.image_settings, "media_type"):
+        scene.render.image_settings.media_type = "VIDEO"
+    scene.render.image_settings.file_format = "FFMPEG"
+    scene.render.filepath = str(BASE / "film")  # no folder
+    scene.frame_end = 1
+    with contextlib.suppress(RuntimeError):  # 5.0 raises none
+        bpy.ops.render.render(animation=True)
+    data.rack_focus.enabled = False
+    update()
+    assert len(bpy.data.scenes) == 1, list(bpy.data.scenes)
+    assert not addon("running").is_any(), addon("running").scenes
 
 
 @check
@@ -60,6 +133,18 @@ def a_plain_render_without_depth():
     data.rack_focus.enabled = True
     same(refocused(scene, "a.exr"), plain)
     assert "without its depth: press F12" in last_message(scene), last_message(scene)
+
+
+@check
+def a_tick_that_was_put_off():
+    """Once it was followed it is no news of the renders that come."""
+    running, done = addon("running"), []
+    running.is_tick_late = True
+    with patch.object(running, "scenes", {"Scene"}):
+        assert running._wait(lambda: done.append(True)) == running.PAUSE_S
+        assert running.is_tick_late and not done
+    assert running._wait(lambda: done.append(True)) is None
+    assert not running.is_tick_late and done
 
 
 checking.run(check, "handler_results.json")
