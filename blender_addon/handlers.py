@@ -59,7 +59,7 @@ from .writing import write
 @persistent
 def on_render_start(scene, *_):
     """Pinhole for the beauty render; the filter scene follows its source."""
-    slots.note()
+    slots.note(scene)
     running.begin(scene.name, sys._getframe().f_back)
     engine.awaited.discard(scene.name)
     failures.told.pop(scene.name, None)

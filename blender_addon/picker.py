@@ -4,7 +4,7 @@
 import bpy
 from bpy.props import BoolProperty, FloatProperty, StringProperty
 
-from . import camera_objects, engine, focusing, lamps, passes, setup
+from . import camera_objects, engine, focusing, lamps, passes, setup, slots
 from .click import WaitsForClick
 from .operators import scene_of
 
@@ -34,6 +34,15 @@ def depth_at(scene, x, y):
             found.append(float(depth[row, min(int(x * columns), columns - 1)]))
     hits = [z for z in found if 0 < z < EEVEE_NOTHING_HIT]
     return min(hits) if hits else None
+
+
+def _need_picture(context, scene):
+    """PassesError where the artist sees an earlier render than the one that is known."""
+    image = getattr(context.space_data, "image", None)  # of an Image Editor
+    is_result = image is None or image == slots.render_result()
+    reason = slots.why_not_last(scene) if is_result else ""
+    if reason:
+        raise passes.PassesError(reason)
 
 
 class RACK_FOCUS_OT_pick_focus(WaitsForClick, bpy.types.Operator):
@@ -81,15 +90,16 @@ class RACK_FOCUS_OT_pick_focus(WaitsForClick, bpy.types.Operator):
                 self.report({"ERROR"}, f"There is no object “{self.object}”")
                 return {"CANCELLED"}
             dof.focus_object = target
-        elif not self._focus_on_point(scene):
+        elif not self._focus_on_point(context, scene):
             return {"CANCELLED"}
         if self.refocus and setup.filter_scene_of(scene) is not None:
             call = "INVOKE_DEFAULT" if context.window else "EXEC_DEFAULT"
             bpy.ops.rack_focus.refocus(call)
         return {"FINISHED"}
 
-    def _focus_on_point(self, scene):
+    def _focus_on_point(self, context, scene):
         try:
+            _need_picture(context, scene)
             distance = depth_at(scene, self.x, self.y)
         except passes.PassesError as error:
             self.report({"ERROR"}, f"Rack Focus: {error}")

@@ -23,7 +23,15 @@ from mathutils import Vector
 sys.path.insert(0, str(Path(__file__).parent))
 import checking  # noqa: E402
 import common  # noqa: E402
-from checking import BASE, OUT, Checks, key_focus, update  # noqa: E402
+from checking import (  # noqa: E402
+    BASE,
+    OUT,
+    Checks,
+    key_focus,
+    show_slot,
+    update,
+    while_it_renders,
+)
 from common import (  # noqa: E402
     addon,
     filtered,
@@ -35,6 +43,7 @@ from common import (  # noqa: E402
 )
 
 check = Checks()
+NOTHING = 1e9  # depth, from which on nothing was hit
 NOT_BLENDERS = re.compile(r"--|POV|command|option -|\bYu\b|thesis|paper|\d{4}\)")
 
 
@@ -490,15 +499,6 @@ def overlays_are_shown_by_a_refocus_only():
     same(rgba(render(scene, OUT / "a.exr")), picture)
 
 
-def show_slot(number):
-    """Chooses a slot of the Render Result in the Image Editor, and returns all."""
-    image = next(i for i in bpy.data.images if i.type == "RENDER_RESULT")
-    while len(image.render_slots) <= number:
-        image.render_slots.new()
-    image.render_slots.active_index = number
-    return image.render_slots
-
-
 def look_back(*_):
     """An artist looks at an earlier picture while a render runs."""
     show_slot(0)
@@ -571,20 +571,33 @@ def a_comparison_leaves_the_slots():
         same(result(scene), picture)
 
 
-def while_it_renders(scene, task):
-    """The picture of a render in the middle of which task() is done."""
-    begun = []
-
-    def once(*_):
-        if not begun:
-            begun.append(True)
-            task()
-
-    bpy.app.handlers.render_pre.append(once)
-    try:
-        return rgba(render(scene, OUT / "a.exr"))
-    finally:
-        bpy.app.handlers.render_pre.remove(once)
+@check
+def picks_in_an_earlier_slot():
+    """Told, since its depth is not known; a refocus has that of its render in any slot."""
+    scene, data = start()
+    render(scene, OUT / "a.exr")
+    show_slot(1)
+    for cube in [item for item in scene.objects if item.type == "MESH"]:
+        cube.location.y += 3
+    render(scene, OUT / "a.exr")
+    depth = addon("passes").rendered(scene).layer("ViewLayer").depth
+    row, column = np.argwhere(depth < NOTHING)[0]
+    place = {"x": (column + 0.5) / 72, "y": 1 - (row + 0.5) / 48, "refocus": False}
+    show_slot(2)
+    bpy.ops.rack_focus.refocus()
+    bpy.ops.rack_focus.compare(percentage=50, samples=1)
+    for number, is_last in enumerate((False, True, True, False)):
+        show_slot(number)
+        data.dof.focus_distance, told = 100, ""
+        try:
+            bpy.ops.rack_focus.pick_focus(**place)
+        except RuntimeError as error:
+            told = str(error)
+        wanted = depth[row, column] if is_last else 100
+        assert abs(data.dof.focus_distance - wanted) < 1e-3, (number, told)
+        assert is_last or "show “Slot " in told, (number, told)
+    render(scene, OUT / "a.exr")
+    assert bpy.ops.rack_focus.pick_focus(**place) == {"FINISHED"}
 
 
 @check

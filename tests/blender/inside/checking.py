@@ -79,6 +79,34 @@ def refocused(scene, name):
     return result(scene, OUT / name)
 
 
+def show_slot(number):
+    """Chooses a slot of the Render Result in the Image Editor, and returns all."""
+    image = next(i for i in bpy.data.images if i.type == "RENDER_RESULT")
+    while len(image.render_slots) <= number:
+        image.render_slots.new()
+    image.render_slots.active_index = number
+    return image.render_slots
+
+
+def while_it_renders(scene, task, where="render_pre"):
+    """The picture of a render in the middle of which task() is done.
+
+    where: the list of handlers with which Blender calls it.
+    """
+    begun, handlers = [], getattr(bpy.app.handlers, where)
+
+    def once(*_):
+        if not begun:
+            begun.append(True)
+            task()
+
+    handlers.append(once)
+    try:
+        return shot(scene, "a.exr")
+    finally:
+        handlers.remove(once)
+
+
 def run(checks, name, finish=lambda report: None):
     """Installs the add-on, runs all checks or those named, and leaves Blender.
 

@@ -7,7 +7,8 @@ handler_checks.py DIST OUT [CHECK ...]    writes OUT/handler_results.json
 import contextlib
 import sys
 from pathlib import Path
-from unittest.mock import patch
+from types import SimpleNamespace
+from unittest.mock import Mock, patch
 
 import bpy
 
@@ -133,6 +134,23 @@ def a_plain_render_without_depth():
     data.rack_focus.enabled = True
     same(refocused(scene, "a.exr"), plain)
     assert "without its depth: press F12" in last_message(scene), last_message(scene)
+
+
+@check
+def a_render_result_without_a_chosen_slot():
+    """It is no fault of the render that begins."""
+
+    class Slots(list):
+        """Two slots, of which none is chosen."""
+
+        active, active_index = None, 0
+
+    scene, _ = start()
+    slots = addon("slots")
+    image = SimpleNamespace(render_slots=Slots([Mock(), Mock()]))
+    with patch.object(slots, "render_result", lambda: image):
+        slots.note(scene)
+        assert not slots.why_not_last(scene)
 
 
 @check
