@@ -60,6 +60,10 @@ UPDATE_S = 0.5
 UNTICKED = (
     "Rack Focus was unticked during this render, and the picture is sharp: press F12"
 )
+RENAMED = (
+    "view layer “{}” was renamed to “{}” during this render, and Blender lost its "
+    "picture, which is black: press F12"
+)
 
 rendering = running.scenes
 alone = set()  # names of scenes whose filter scene renders by itself: a node's button
@@ -176,6 +180,15 @@ def last_layer(scene):
     return [layer.name for layer in scene.view_layers if layer.use][-1]
 
 
+def new_name_of(source, layer_name):
+    """The name that a view layer got since the render of its scene began, or ""."""
+    known = setup.filter_scene_of(source).view_layers.keys()
+    now = source.view_layers.keys()
+    if layer_name in now or layer_name not in known or len(known) != len(now):
+        return ""
+    return now[known.index(layer_name)]
+
+
 def is_called_for_nodes_only(source, layer_name):
     """Does the layer's node only let Blender call us?"""
     has_nodes = bool(group.nodes_of(source))
@@ -285,11 +298,17 @@ class RackFocusEngine(bpy.types.RenderEngine):
 
     def _render_shown(self, depsgraph, source, seconds):
         """The views; nothing where nodes show none, and Blender renders no scene for them."""
+        layer = depsgraph.view_layer.name
+        new_name = new_name_of(source, layer)
+        if new_name:
+            passes.look_for(source, layer, new_name)
         try:
             self._render_views(depsgraph, source, seconds)
         except passes.RoomError as error:
             raise BlackError(f"{error}. The picture is black") from error
-        except passes.PassesError:
+        except passes.PassesError as error:
+            if new_name:
+                raise BlackError(RENAMED.format(layer, new_name)) from error
             if setup.is_used(source):
                 raise
             self._write_nothing(depsgraph)

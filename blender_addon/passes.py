@@ -386,6 +386,11 @@ def rename_layers(scene, new_names):
     known.update(then)
 
 
+def look_for(scene, layer, new_name):
+    """Finds a view layer, too, by the name that it got while it was rendered."""
+    _old_names_of(scene)[layer] = new_name
+
+
 def old_name(scene, layer):
     """The name that a view layer had in the last render of its scene."""
     return _old_names_of(scene).get(layer, layer)

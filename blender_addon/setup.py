@@ -138,7 +138,8 @@ def is_used(scene):
     """Do nodes show anything that is filtered of a scene?"""
     if group.nodes_of(scene):
         return True
-    return any(is_shown(scene, layer.name) for layer in scene.view_layers)
+    layers = filter_scene_of(scene).view_layers  # whose names nodes know
+    return any(is_shown(scene, layer.name) for layer in layers)
 
 
 def trees_of(scene):

@@ -22,6 +22,7 @@ from checking import (  # noqa: E402
     refocused,
     shot,
     update,
+    while_it_renders,
 )
 from common import addon, last_message, same, start  # noqa: E402
 
@@ -95,6 +96,29 @@ def a_film_that_cannot_be_opened():
     update()
     assert len(bpy.data.scenes) == 1, list(bpy.data.scenes)
     assert not addon("running").is_any(), addon("running").scenes
+
+
+@check
+def a_view_layer_that_is_renamed_while_it_renders():
+    """What Blender keeps of it is filtered, and that it is lost is told."""
+
+    def rename():
+        scene.view_layers[0].name = "Other"
+
+    for views, where in ((1, "render_pre"), (3, "render_stats"), (1, "render_stats")):
+        bpy.ops.wm.open_mainfile(filepath=str(BASE))
+        scene, _ = start(method="views", views=views)
+        wanted = shot(scene, "a.exr")
+        with heard() as said:
+            made = while_it_renders(scene, rename, where)
+        is_lost = views == 1 and where == "render_stats"
+        assert is_lost == ("was renamed to “Other”" in said.getvalue()), said.getvalue()
+        if is_lost:
+            assert made.max() == 0
+        else:
+            same(made, wanted)
+        same(shot(scene, "a.exr"), wanted)
+        assert not last_message(scene), last_message(scene)
 
 
 @check
