@@ -203,7 +203,7 @@ def unblur_before(scene, tree, node):
 
 
 def _add_caller(scene, tree, used):
-    node = add_node(tree, scene, used[0] if used else scene.view_layers[0].name)
+    node = add_node(tree, scene, used[0])
     node.label = CALLER_LABEL
     node.hide = True
     layout.put_below(tree, node, next(iter(group.nodes_of(scene)), tree.nodes[0]))
@@ -215,7 +215,7 @@ def _lead_past(scene, tree, used):
 
     used: names of the view layers that are rendered.
     """
-    if not used or not any(map(asleep.is_asleep, tree.nodes)):
+    if not any(map(asleep.is_asleep, tree.nodes)):
         return []
     source, output = compat.new_layer_node(tree, scene), compat.output_socket(tree)
     source.scene, source.layer = scene, used[0]
@@ -229,11 +229,12 @@ def _add_nodes(scene, tree, is_new):
     if compat.is_linked(tree):
         return []
     used = [layer.name for layer in scene.view_layers if layer.use]
+    used = used or [scene.view_layers[0].name]  # _follow_use() then takes another
     ours, others = [], []
     helpers = [node.name for node in compat.complete_nodes(tree, scene)]
     helpers += _lead_past(scene, tree, used)
     is_alone = bool(helpers)  # does no node of the artist's lead to the output?
-    for source in layer_nodes(tree, scene) if used else ():
+    for source in layer_nodes(tree, scene):
         is_made = is_new or source.name in helpers
         if is_made and source.layer not in used:  # it shows the first layer of all
             source.layer = used[0]
@@ -250,11 +251,11 @@ def _add_nodes(scene, tree, is_new):
             take_over(one, source, node)
             if one == tree:
                 ours.append(node)
-    if not ours and used:
+    if not ours:
         ours.append(add_node(tree, scene, used[0]))
         is_alone = True
     output = compat.output_socket(tree)
-    if is_alone and ours and not output.is_linked:
+    if is_alone and not output.is_linked:
         tree.links.new(ours[0].outputs["Image"], output)
     if is_new and len(used) > 1 and scene.render.film_transparent:
         for name in used[1:]:

@@ -31,13 +31,20 @@ def _seen_in(scene):
     return {s.scene for s in strips if s.type == "SCENE" and not s.mute} - {None}
 
 
+def _shown_in(scene):
+    """Scenes that nodes of a scene show, a set."""
+    nodes = [node for tree in setup.all_trees_of(scene) for node in tree.nodes]
+    return {n.scene for n in nodes if n.type == "R_LAYERS" and not n.mute} - {None}
+
+
 def linked_in(scene):
     """Scenes of other files that a render of a scene shows, itself too, and are ticked.
 
     They are not filtered: nothing is written to what is linked.
     """
-    linked = [s for s in (scene, *_seen_in(scene)) if s.library is not None]
-    return [s for s in linked if setup.is_wanted(s)]
+    seen = {scene, *_seen_in(scene), *_shown_in(scene)}
+    linked = [s for s in seen if s.library is not None]
+    return [s for s in linked if s.rack_focus.source is None and setup.is_wanted(s)]
 
 
 def of_other_layers(scene, rendered):

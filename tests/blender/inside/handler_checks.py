@@ -161,6 +161,25 @@ def a_plain_render_without_depth():
 
 
 @check
+def ticked_while_no_view_layer_is_in_use():
+    """The one that is used later is filtered; the nodes were off."""
+    scene, data = start()
+    wanted = shot(scene, "a.exr")
+    data.rack_focus.enabled = False
+    checking.tree_with_output(scene)
+    scene.render.use_compositing = False
+    if common.V < (5, 0, 0):
+        scene.use_nodes = False
+    scene.view_layers[0].use = False
+    data.rack_focus.enabled = True
+    update()
+    scene.view_layers[0].use = True
+    update()
+    same(shot(scene, "a.exr"), wanted)
+    assert not last_message(scene), last_message(scene)
+
+
+@check
 def a_render_result_without_a_chosen_slot():
     """It is no fault of the render that begins."""
 

@@ -154,6 +154,27 @@ def a_linked_compositor():
 
 
 @check
+def a_linked_scene_that_nodes_show():
+    """It is not filtered, though its camera is ticked, and that is said."""
+    start()
+    library = str(OUT / "ticked.blend")
+    bpy.ops.wm.save_as_mainfile(filepath=library, copy=True)
+    for is_ticked in (True, False):
+        bpy.ops.wm.open_mainfile(filepath=str(checking.BASE))
+        scene = bpy.context.scene
+        path = library if is_ticked else str(checking.BASE)
+        if not is_ticked:
+            bpy.ops.wm.save_as_mainfile(filepath=str(OUT / "shows.blend"))
+        with bpy.data.libraries.load(path, link=True) as (_, found):
+            found.scenes = ["Scene"]
+        _, layers, _ = tree_with_output(scene)
+        layers.scene = found.scenes[0]
+        with heard() as said:
+            shot(scene, "shows.exr")
+        assert ("is linked from" in said.getvalue()) == is_ticked, said.getvalue()
+
+
+@check
 def the_filter_scene_is_deleted():
     """Its nodes looked at nothing, and every picture was black; they get a new one."""
     scene = bpy.context.scene
