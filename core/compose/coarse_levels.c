@@ -473,12 +473,12 @@ static bool allocate_level(const struct rf_composer *c, const struct rf_group *g
     size_t n_tiles = (size_t)n_kept * (size_t)g->n_x;
     size_t n_planes = n_cells * ((size_t)c->canvas.n_planes + 1);
     const size_t n_floats = n_tiles * n_planes * PLANE;
-    *level = (struct level){
-        .at = rf_alloc(c->context, n_floats, sizeof(float)),
-        .n_floats = n_floats,
-        .n_kept = n_kept,
-        .some = rf_calloc(c->context, n_words, sizeof *level->some),
-        .row = rf_alloc(c->context, (size_t)g->n_y, sizeof *level->row)};
+    *level =
+        (struct level){.at = rf_alloc(c->context, n_floats, sizeof(float)),
+                       .n_floats = n_floats,
+                       .n_kept = n_kept,
+                       .some = rf_calloc(c->context, n_words, sizeof *level->some),
+                       .row = rf_alloc(c->context, (size_t)g->n_y, sizeof *level->row)};
     if (!level->at || !level->some || !level->row)
         return false;
     for (int ty = 0; ty < g->n_y; ty++)
