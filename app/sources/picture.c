@@ -184,12 +184,19 @@ bool picture_check_writable(const char *path, struct image_error *error)
     char *folder = name > path ? strndup(path, (size_t)(name - path)) : strdup(".");
     const int reason = folder ? os_folder_is_writable(folder) : ENOMEM;
     free(folder);
+    const enum os_file_kind kind = os_file_facts(path).kind;
+    const int why_none = errno;
     if (reason != 0)
         set_error(error,
                   "%s: cannot write into its folder: %s; create it or choose another",
                   path, strerror(reason));
-    else if (os_file_facts(path).kind == OS_FILE_FOLDER)
+    else if (kind == OS_FILE_FOLDER)
         set_error(error, "%s: is a folder; give the name of a file in it", path);
+    else if (kind == OS_FILE_NONE && why_none == ENAMETOOLONG)
+        set_error(
+            error,
+            "%.300s: the name is too long for its file system; give a shorter one",
+            path);
     else
         return true;
     return false;

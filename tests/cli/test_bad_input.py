@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Every way to get it wrong has its own message and exit code, and leaves no file."""
 
+import math
 import os
 import resource
 import subprocess
@@ -97,6 +98,16 @@ def test_output_folder_is_missing(rackfocus, scene, tmp_path):
     out = tmp_path / "nowhere" / "out.exr"
     done = rackfocus("filter", scene(), "-o", out, code=1)
     assert "cannot write into its folder: No such file or directory" in done.stderr
+
+
+@pytest.mark.parametrize("option", ["-o", "--output-coc"])
+def test_output_of_a_name_that_is_too_long(rackfocus, scene, tmp_path, option):
+    """Told before any work: the depth, which is read first, cannot be filtered."""
+    path = scene(change=lambda channels: channels["Z"].fill(math.nan))
+    good = [] if option == "-o" else ["-o", tmp_path / "out.exr"]
+    name = tmp_path / ("x" * 300 + ".exr")
+    done = rackfocus("filter", path, option, name, *good, code=1)
+    assert "the name is too long for its file system" in done.stderr
 
 
 def test_output_is_a_folder(rackfocus, scene, tmp_path):

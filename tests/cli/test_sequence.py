@@ -124,6 +124,13 @@ def test_a_folder_that_is_not_there_is_said_once(run, shot, tmp_path):
     assert "nowhere/out.####.exr: cannot write into its folder: No such" in done.stderr
 
 
+def test_names_that_are_too_long(run, shot, tmp_path):
+    """Each frame was filtered before its file could not be made."""
+    done = run(shot(3), name="x" * 260 + ".####.exr", code=1)
+    assert done.stderr.count("\n") == 1 and done.stdout == ""
+    assert "xxx: the name is too long for its file system" in done.stderr
+
+
 def test_parameters_per_frame(run, shot, rackfocus, tmp_path):
     pattern, table = shot(), tmp_path / "focus.csv"
     table.write_text(
