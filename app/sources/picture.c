@@ -53,6 +53,7 @@ static bool read_open_exr(struct image_input *input, const char *layer, int n_th
     const struct image_part_info *info = &image_parts(input, &n)[part];
     const struct image_box box = info->data_window;
     picture->window = box;
+    picture->display = info->display_window;
     picture->pixel_aspect = info->pixel_aspect;
     picture->has_window = true;
     primaries_read(input, part, &picture->primaries);
@@ -103,6 +104,39 @@ bool picture_read(const char *path, const char *layer, int n_threads,
         return true;
     picture_free(picture);
     return false;
+}
+
+bool picture_windows_meet(const struct image_box *a, const struct image_box *b,
+                          struct image_box *both)
+{
+    both->min_x = a->min_x > b->min_x ? a->min_x : b->min_x;
+    both->min_y = a->min_y > b->min_y ? a->min_y : b->min_y;
+    both->max_x = a->max_x < b->max_x ? a->max_x : b->max_x;
+    both->max_y = a->max_y < b->max_y ? a->max_y : b->max_y;
+    return both->min_x <= both->max_x && both->min_y <= both->max_y;
+}
+
+float *picture_show_window(const float *samples, size_t n_channels,
+                           const struct image_box *own, const struct image_box *other,
+                           struct image_error *error)
+{
+    const size_t own_width = (size_t)(own->max_x - own->min_x + 1);
+    const size_t width = (size_t)(other->max_x - other->min_x + 1);
+    const size_t height = (size_t)(other->max_y - other->min_y + 1);
+    struct image_box both;
+    float *shown = app_memory(width * height, n_channels * sizeof(float), error);
+    if (!shown || !picture_windows_meet(own, other, &both))
+        return shown;
+    const size_t n_row = (size_t)(both.max_x - both.min_x + 1) * n_channels;
+    for (int32_t y = both.min_y; y <= both.max_y; y++) {
+        const size_t from =
+            (size_t)(y - own->min_y) * own_width + (size_t)(both.min_x - own->min_x);
+        const size_t to =
+            (size_t)(y - other->min_y) * width + (size_t)(both.min_x - other->min_x);
+        memcpy(shown + to * n_channels, samples + from * n_channels,
+               n_row * sizeof(float));
+    }
+    return shown;
 }
 
 bool picture_check_place(const char *path, const struct image_box *window,

@@ -16,7 +16,8 @@
 struct picture {
     float *samples; /* width * height * 3; free with picture_free */
     int32_t width, height;
-    struct image_box window; /* its data window; all 0 for PNG, which has none */
+    struct image_box window;  /* its data window; all 0 for PNG, which has none */
+    struct image_box display; /* the display window, with the same exception */
     bool has_window;
     float pixel_aspect;         /* that of the file; 0 for PNG, which says none */
     struct primaries primaries; /* Rec. 709's for PNG */
@@ -27,6 +28,18 @@ struct picture {
 bool picture_read(const char *path, const char *layer, int n_threads,
                   struct picture *picture, struct image_error *error);
 void picture_free(struct picture *picture);
+
+/*
+ * The samples of another window, packed as those of `own`: 0 where these have none. The
+ * caller frees; NULL without memory.
+ */
+float *picture_show_window(const float *samples, size_t n_channels,
+                           const struct image_box *own, const struct image_box *other,
+                           struct image_error *error);
+
+/* What two windows have in common; false: nothing. */
+bool picture_windows_meet(const struct image_box *a, const struct image_box *b,
+                          struct image_box *both);
 
 /* Do two pictures of one size lie at one place? False with both data windows. */
 bool picture_check_place(const char *path, const struct image_box *window,

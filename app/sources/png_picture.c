@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "sources/picture.h"
 #include "sources/primaries.h"
 
 static const char *name_of(const struct png_picture *picture)
@@ -68,45 +69,22 @@ static int warn_of_primaries(const struct app_host *host, const char *path,
 
 /* ---- the display window ------------------------------------------------------------ */
 
-/* What both windows have in common; false: nothing. */
-static bool intersect(const struct image_box *a, const struct image_box *b,
-                      struct image_box *both)
-{
-    both->min_x = a->min_x > b->min_x ? a->min_x : b->min_x;
-    both->min_y = a->min_y > b->min_y ? a->min_y : b->min_y;
-    both->max_x = a->max_x < b->max_x ? a->max_x : b->max_x;
-    both->max_y = a->max_y < b->max_y ? a->max_y : b->max_y;
-    return both->min_x <= both->max_x && both->min_y <= both->max_y;
-}
-
 /* The pixels of the display window, to be freed; NULL on failure. */
-static float *place(const char *path, const struct png_picture *picture, int32_t width,
-                    int32_t height, struct image_error *error)
+static float *place(const char *path, const struct png_picture *picture,
+                    struct image_error *error)
 {
     const struct source *source = picture->source;
     const struct image_box *data = &source->info.data_window;
     const struct image_box *display = &source->info.display_window;
-    const size_t n_channels = (size_t)source->n_channels;
     struct image_box both;
-    if (!intersect(data, display, &both)) {
-        set_error(error,
-                  "%s: a PNG shows the display window of %s, in which nothing of its "
-                  "data window lies; write .exr",
-                  path, name_of(picture));
-        return NULL;
-    }
-    float *samples =
-        app_memory((size_t)width * (size_t)height, n_channels * sizeof(float), error);
-    const size_t n_row = (size_t)(both.max_x - both.min_x + 1) * n_channels;
-    for (int32_t y = both.min_y; samples && y <= both.max_y; y++) {
-        const size_t from = (size_t)(y - data->min_y) * (size_t)source->width +
-                            (size_t)(both.min_x - data->min_x);
-        const size_t to = (size_t)(y - display->min_y) * (size_t)width +
-                          (size_t)(both.min_x - display->min_x);
-        memcpy(samples + to * n_channels, picture->samples + from * n_channels,
-               n_row * sizeof(float));
-    }
-    return samples;
+    if (picture_windows_meet(data, display, &both))
+        return picture_show_window(picture->samples, (size_t)source->n_channels, data,
+                                   display, error);
+    set_error(error,
+              "%s: a PNG shows the display window of %s, in which nothing of its "
+              "data window lies; write .exr",
+              path, name_of(picture));
+    return NULL;
 }
 
 /* A window that is larger than any picture is damaged or no window of a picture. */
@@ -134,8 +112,7 @@ bool png_picture_write(const struct app_host *host, const char *path,
         return false;
     const bool is_whole =
         memcmp(display, &source->info.data_window, sizeof(*display)) == 0;
-    float *placed =
-        is_whole ? NULL : place(path, picture, (int32_t)width, (int32_t)height, error);
+    float *placed = is_whole ? NULL : place(path, picture, error);
     const bool is_written =
         (is_whole || placed) &&
         image_write_png(path, placed ? placed : picture->samples, (int32_t)width,

@@ -130,11 +130,36 @@ static void warn_of_choice(const char *path, const struct picture *picture)
         warning(false, "%s: %s; name one with --layer", path, picture->doubt);
 }
 
+/* A PNG shows the display window: of an EXR picture beside it the same is looked at. */
+static bool show_as_png(struct picture *exr, const struct picture *png,
+                        struct image_error *error)
+{
+    const struct image_box *box = &exr->display;
+    const int64_t width = (int64_t)box->max_x - box->min_x + 1;
+    const int64_t height = (int64_t)box->max_y - box->min_y + 1;
+    if (!exr->has_window || png->has_window || width != png->width ||
+        height != png->height || memcmp(box, &exr->window, sizeof(*box)) == 0)
+        return true;
+    float *shown = picture_show_window(exr->samples, 3, &exr->window, box, error);
+    if (!shown)
+        return false;
+    free(exr->samples);
+    exr->samples = shown;
+    exr->width = png->width;
+    exr->height = png->height;
+    exr->window = *box;
+    return true;
+}
+
 static int compare(const struct compare_options *tool, const char *path_a,
-                   const char *path_b, const struct picture *a, const struct picture *b)
+                   const char *path_b, struct picture *a, struct picture *b)
 {
     struct image_error error;
     struct cli_host host;
+    if (!show_as_png(a, b, &error) || !show_as_png(b, a, &error)) {
+        message("%s", error.message);
+        return EXIT_FAILED;
+    }
     if (a->width != b->width || a->height != b->height) {
         message("%s: is %d x %d, but %s is %d x %d; pictures of one size can be "
                 "compared",
@@ -231,7 +256,8 @@ const struct command command_compare = {
     .summary = "measure how far a picture is from a reference",
     .usage = "A B [options]",
     .description =
-        "Compares picture A with the reference B, EXR or PNG (- is standard input): "
+        "Compares picture A with the reference B, EXR or PNG (- is standard input; "
+        "beside a PNG the display window of an EXR is compared, as the PNG shows it): "
         "PSNR, tPSNR, SSIM, FLIP, RMSE, energy ratio (sum of A / sum of B) and the "
         "largest error with its pixel. The last line is the tPSNR: both pictures "
         "clipped to [0, 1], raised to 1/2.2, mean squared error over red, green and "

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A PNG has no windows: it shows the display window, as other programs do."""
 
+import json
 import shutil
 
 import numpy
@@ -63,6 +64,23 @@ def test_a_png_shows_the_display_window(rackfocus, scene, tmp_path, words, name)
     assert shown.shape == want.shape
     assert (shown[..., 3] == want[..., 3]).all()
     assert abs(shown - want).max() <= 1
+
+
+@pytest.mark.parametrize("name", [*WINDOWS, "moved"])
+def test_compare_looks_at_the_same_window(rackfocus, scene, tmp_path, name):
+    """Beside a PNG all of the EXR's display window is meant: another size was refused, and
+    windows of one size were laid corner on corner."""
+    data, display = {**WINDOWS, "moved": ((-5, 3, 42, 34), (0, 0, 47, 31))}[name]
+    path = scene(data=data, display=display)
+    exr, png, heat = (tmp_path / f for f in ("out.exr", "out.png", "heat.png"))
+    for out in (exr, png):
+        rackfocus("filter", path, "-o", out, *LENS)
+    for pair in ((exr, png), (png, exr)):
+        said = rackfocus("compare", *pair, "--json", "--heatmap", heat).stdout
+        found = json.loads(said)
+        assert found["tpsnr"] > 50  # 8 bits
+        assert (found["height"], found["width"]) == plainpng.read(png).shape[:2]
+        assert plainpng.read(heat).shape[:2] == plainpng.read(png).shape[:2]
 
 
 def test_grey_and_rgb_are_placed_alike(rackfocus, scene, tmp_path):
