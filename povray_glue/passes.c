@@ -76,9 +76,9 @@ static bool start_job(struct povray_scene *scene, struct job *job, struct shot *
     *shot = (struct shot){.view = -1, .is_scenes = true};
     scene->supersample = 1;
     if ((is_early && !start_colour(scene, shot, &job->colour, COLOUR_OPTIONS, error)) ||
-        !scene_find_items(scene, error) || !scene_choose_camera(scene, error))
+        !scene_find_items(scene, error) || !scene_choose_camera(scene, error) ||
+        !scene_choose_window(scene, true, error))
         return false;
-    scene_choose_window(scene, true);
     *shot = shot_make(scene, &scene->camera, -1);
     return scene_start_probe(scene, &job->probe, error) &&
            (is_early ||
@@ -101,7 +101,8 @@ static bool restart_job(struct povray_scene *scene, struct job *job, struct shot
         return true; /* POV-Ray knew its camera; only the depth is to be decoded anew */
     stop_job(job);
     *job = (struct job){.fogs.mode = REWRITE_PINHOLE};
-    scene_choose_window(scene, true);
+    if (!scene_choose_window(scene, true, error))
+        return false;
     *shot = shot_make(scene, &scene->camera, -1);
     return start_colour(scene, shot, &job->colour, COLOUR_OPTIONS, error) &&
            fogs_start(scene, shot, &job->fogs, error);
@@ -275,8 +276,7 @@ bool povray_render_views(struct povray_scene *scene, const double (*places)[2],
     bool is_good = povray_find_camera(scene, &camera, &gamma, error);
     if (is_good) {
         int *wanted = calloc((size_t)n_views + 1, sizeof(*wanted));
-        scene_choose_window(scene, false);
-        is_good = wanted &&
+        is_good = wanted && scene_choose_window(scene, false, error) &&
                   run_views(scene, places, wanted, list_views(scene, n_views, wanted),
                             receive, user, error);
         if (!wanted)

@@ -53,8 +53,10 @@ char *shot_name(const struct shot *shot, const char *name);
 void shot_add_camera(struct text *tail, const struct shot *shot);
 char *shot_options(const struct shot *shot, const char *options);
 
-/* Chooses the samples and the border of the passes, once the camera is known. */
-void scene_choose_window(struct povray_scene *scene, bool is_one_view);
+/* Chooses the samples and the border of the passes, once the camera is known. False
+ * where the user's own border is wider than any picture needs. */
+bool scene_choose_window(struct povray_scene *scene, bool is_one_view,
+                         struct povray_error *error);
 
 /* Radius of the blur of what is infinitely far (orthographic: twice as far as the
  * focus), px of the picture. */

@@ -65,7 +65,8 @@ static double border_radius_px(const struct povray_scene *scene)
     return scene_far_radius_px(scene) * (1 + camera->focus_distance * grows);
 }
 
-void scene_choose_window(struct povray_scene *scene, bool is_one_view)
+bool scene_choose_window(struct povray_scene *scene, bool is_one_view,
+                         struct povray_error *error)
 {
     const struct povray_options *options = &scene->options;
     const int32_t side = scene->width > scene->height ? scene->width : scene->height;
@@ -82,6 +83,16 @@ void scene_choose_window(struct povray_scene *scene, bool is_one_view)
                 ? 0
                 : (int32_t)fmin(ceil(BORDER_RADII * radius_px), MOST_BORDER * side);
     sources_set_size(&scene->sources, scene->width, scene->height);
+    if (scene->border_px <= side)
+        return true;
+    /* Nine times the pixels and more, of which no blur within the picture shows most. */
+    snprintf(
+        error->message, sizeof error->message,
+        "--overscan: %d px are more than the picture's longer side, %d px, and would "
+        "take very long; leave it out: what the lens sees beyond the border is then "
+        "rendered by itself",
+        (int)scene->border_px, (int)side);
+    return false;
 }
 
 struct shot shot_make(const struct povray_scene *scene,

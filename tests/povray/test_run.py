@@ -268,6 +268,16 @@ def test_a_bent_surface_in_focus_sees_further(rackfocus, tmp_path, look):
     assert light_of_lamp_outside(rackfocus, tmp_path, *look) > narrow + 1
 
 
+@pytest.mark.parametrize("views", [[], ["--views", 2, "--aperture", 0.1]])
+def test_a_border_wider_than_the_picture(rackfocus, tmp_path, views):
+    """4000 px around one of 160 x 120 took many minutes, of which nothing was seen."""
+    (tmp_path / "s.pov").write_text(SCENE)
+    words = ["povray", "s.pov", "-o", "o.exr", *views, "--overscan"]
+    done = rackfocus(*words, 161, "--", *SIZE, cwd=tmp_path, code=1)
+    assert "--overscan: 161 px are more than the picture's longer side" in done.stderr
+    assert not (tmp_path / "o.exr").exists()
+
+
 def test_sizes_that_a_scene_asks_for(rackfocus, tmp_path):
     """image_width is that of the picture, though the passes are larger."""
     (tmp_path / "part.inc").write_text(
