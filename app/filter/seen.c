@@ -120,6 +120,16 @@ static float sum_of(const float *rgb)
     return rgb[0] + rgb[1] + rgb[2];
 }
 
+/* The light of this kind, if it is asked for, too; else NULL. */
+static const float *find_opened(const struct subject *subject, enum seen_kind kind)
+{
+    const struct seen *seen = &subject->run->seen;
+    for (int i = 0; i < seen->n; i++)
+        if (seen->kinds[i] == kind)
+            return seen->views[subject->index].lights[i].colour.data;
+    return NULL;
+}
+
 /* A ray goes one way: where a pane mirrors less than it lets through, the way is that
  * of what is seen through it, and the other way round. */
 static int drop_weaker(const struct subject *subject, enum seen_kind kind,
@@ -129,15 +139,17 @@ static int drop_weaker(const struct subject *subject, enum seen_kind kind,
     const enum seen_kind other =
         kind == SEEN_REFLECTION ? SEEN_TRANSMISSION : SEEN_REFLECTION;
     const size_t n = (size_t)run->source.width * (size_t)run->source.height;
-    if (!seen_has_light(run, subject->source, other))
+    const float *stronger = find_opened(subject, other);
+    float *read = NULL;
+    if (!stronger && !seen_has_light(run, subject->source, other))
         return APP_DONE;
-    float *stronger = seen_read_light(run, subject->source, other);
+    if (!stronger)
+        stronger = read = seen_read_light(run, subject->source, other);
     for (size_t i = 0; i < n && stronger; i++)
         if (sum_of(stronger + 3 * i) > sum_of(light + 3 * i))
             planar[i] = NAN;
-    const bool is_read = stronger != NULL;
-    free(stronger);
-    return is_read ? APP_DONE : app_code_of(run->error);
+    free(read);
+    return stronger ? APP_DONE : app_code_of(run->error);
 }
 
 static bool is_file(const char *name)
@@ -506,7 +518,8 @@ static int find_depth(struct run *run, struct others *others, int index, int i)
     return code == APP_DONE && os_is_interrupted() ? APP_INTERRUPTED : code;
 }
 
-static int find_kind(struct run *run, struct others *others, enum seen_kind kind)
+/* Reads the light of a kind, of all views. */
+static int open_kind(struct run *run, enum seen_kind kind)
 {
     const int n = filter_n_views(run), i = run->seen.n;
     if (!seen_has_light(run, &run->source, kind))
@@ -516,24 +529,22 @@ static int find_kind(struct run *run, struct others *others, enum seen_kind kind
     int code = APP_DONE;
     for (int j = 0; j < n && code == APP_DONE; j++)
         code = open_light(run, j, i);
-    for (int j = 0; j < n && code == APP_DONE; j++)
-        code = find_depth(run, others, j, i);
     return code;
 }
 
-/* All kinds that are asked for. */
+/* All kinds that are asked for: first the light, by which that of the other kind is
+ * judged, too. */
 static int find_kinds(struct run *run, struct others *others)
 {
-    int n_wanted = 0;
     int code = run->tool->reflections_from && !run->has_views ? open_others(run, others)
                                                               : APP_DONE;
-    for (int kind = 0; kind < SEEN_KINDS && code == APP_DONE; kind++) {
-        if (!is_wanted(run, kind))
-            continue;
-        n_wanted++;
-        code = find_kind(run, others, kind);
-    }
-    return code == APP_DONE && n_wanted == 0 ? fail_no_light(run) : code;
+    for (int kind = 0; kind < SEEN_KINDS && code == APP_DONE; kind++)
+        if (is_wanted(run, kind))
+            code = open_kind(run, kind);
+    for (int i = 0; i < run->seen.n; i++)
+        for (int j = 0; j < filter_n_views(run) && code == APP_DONE; j++)
+            code = find_depth(run, others, j, i);
+    return code == APP_DONE && run->seen.n == 0 ? fail_no_light(run) : code;
 }
 
 int seen_find(struct run *run)

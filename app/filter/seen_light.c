@@ -113,18 +113,20 @@ bool seen_has_light(const struct run *run, const struct source *source,
 
 /* ---- light ----------------------------------------------------------------------- */
 
-/* Three floats per pixel. */
-struct light {
-    float *samples, *room;
-    size_t n_pixels;
+/* The layers of a light: all but the factor add up. */
+struct sum {
+    int *channels; /* three for each layer */
+    int n_layers;
+    bool has_factor; /* the last one */
 };
 
-static bool read_layer(const struct run *run, const struct source *source,
-                       const char *layer, size_t length, float *to)
+static bool add_layer(const struct run *run, const struct source *source,
+                      const char *layer, size_t length, struct sum *sum)
 {
-    int channels[3];
-    if (find_layer(source, layer, length, channels))
-        return image_read(source->colour, channels, 3, to, run->n_threads, run->error);
+    if (find_layer(source, layer, length, sum->channels + 3 * sum->n_layers)) {
+        sum->n_layers++;
+        return true;
+    }
     char names[400];
     source_list_channels(source->colour, names, sizeof(names));
     return set_error(run->error,
@@ -133,77 +135,110 @@ static bool read_layer(const struct run *run, const struct source *source,
                      image_path(source->colour), (int)length, layer, names);
 }
 
-static void clean(float *samples, size_t n)
-{
-    for (size_t i = 0; i < n; i++)
-        if (!isfinite(samples[i]))
-            samples[i] = 0;
-}
-
-/* Adds a layer to the light. */
-static bool add_layer(const struct run *run, const struct source *source,
-                      const char *layer, size_t length, struct light *light)
-{
-    if (!read_layer(run, source, layer, length, light->room))
-        return false;
-    clean(light->room, 3 * light->n_pixels);
-    for (size_t i = 0; i < 3 * light->n_pixels; i++)
-        light->samples[i] += light->room[i];
-    return true;
-}
-
-static bool read_known(const struct run *run, const struct source *source,
-                       const struct light_layers *layers, struct light *light)
+static bool add_known(const struct run *run, const struct source *source,
+                      const struct light_layers *layers, struct sum *sum)
 {
     for (int i = 0; i < 3 && layers->sum[i]; i++)
-        if (!add_layer(run, source, layers->sum[i], strlen(layers->sum[i]), light))
+        if (!add_layer(run, source, layers->sum[i], strlen(layers->sum[i]), sum))
             return false;
-    if (!layers->factor)
-        return true;
-    if (!read_layer(run, source, layers->factor, strlen(layers->factor), light->room))
-        return false;
-    clean(light->room, 3 * light->n_pixels);
-    for (size_t i = 0; i < 3 * light->n_pixels; i++)
-        light->samples[i] *= light->room[i];
-    return true;
+    sum->has_factor = layers->factor != NULL;
+    return !layers->factor ||
+           add_layer(run, source, layers->factor, strlen(layers->factor), sum);
 }
 
-static bool read_named(const struct run *run, const struct source *source,
-                       const char *names, struct light *light)
+static bool add_named(const struct run *run, const struct source *source,
+                      const char *names, struct sum *sum)
 {
     for (const char *name = names; *name;) {
         const size_t length = strcspn(name, ",");
-        if (length && !add_layer(run, source, name, length, light))
+        if (length && !add_layer(run, source, name, length, sum))
             return false;
         name += length + (name[length] == ',');
     }
     return true;
 }
 
-float *seen_read_light(const struct run *run, const struct source *source,
-                       enum seen_kind kind)
+/* Which layers are the light; false with a message. */
+static bool list_layers(const struct run *run, const struct source *source,
+                        enum seen_kind kind, struct sum *sum)
 {
     const char *names = seen_asked_layers(run->tool, kind);
     const struct light_layers *known = names ? NULL : find_known(source, kind);
-    struct light light = {.n_pixels = (size_t)source->width * (size_t)source->height};
-    light.samples = app_memory(light.n_pixels, 3 * sizeof(float), run->error);
-    light.room = app_memory(light.n_pixels, 3 * sizeof(float), run->error);
-    bool is_read = light.samples && light.room;
-    if (is_read && names) {
-        is_read = read_named(run, source, names, &light);
-    } else if (is_read && known) {
-        is_read = read_known(run, source, known, &light);
-    } else if (is_read) {
-        is_read = set_error(run->error,
-                            "%s: has no layers of what is seen in %s, as %s has; "
-                            "render all with the same passes",
-                            image_path(source->colour),
-                            kind == SEEN_REFLECTION ? "mirrors" : "glass",
-                            image_path(run->source.colour));
+    size_t n_most = 4; /* of known ones */
+    for (const char *at = names; at && *at; at++)
+        n_most += *at == ',';
+    sum->channels = app_memory(3 * n_most, sizeof(*sum->channels), run->error);
+    if (!sum->channels)
+        return false;
+    if (names)
+        return add_named(run, source, names, sum);
+    if (known)
+        return add_known(run, source, known, sum);
+    return set_error(run->error,
+                     "%s: has no layers of what is seen in %s, as %s has; "
+                     "render all with the same passes",
+                     image_path(source->colour),
+                     kind == SEEN_REFLECTION ? "mirrors" : "glass",
+                     image_path(run->source.colour));
+}
+
+/* The light of pixels whose layers lie one behind the other in each. */
+static void add_up(const struct sum *sum, const float *layers, size_t n_pixels,
+                   float *light)
+{
+    const int n = sum->n_layers;
+    for (size_t i = 0; i < n_pixels; i++, layers += 3 * n, light += 3)
+        for (int c = 0; c < 3; c++)
+            for (int k = 0; k < n; k++) {
+                const float v = isfinite(layers[3 * k + c]) ? layers[3 * k + c] : 0;
+                if (k == n - 1 && sum->has_factor)
+                    light[c] *= v;
+                else
+                    light[c] += v;
+            }
+}
+
+/* All layers at once, since a chunk of a file holds all of them, and some rows at a time,
+ * since so many layers take much memory. */
+static bool read_sum(const struct run *run, const struct source *source,
+                     const struct sum *sum, float *light)
+{
+    enum {
+        ROWS_AT_ONCE = 256
+    }; /* 16 chunks of the usual 16 rows: for as many threads */
+    const size_t width = (size_t)source->width;
+    const int n = 3 * sum->n_layers;
+    const int32_t step = image_row_step(source->colour, source->part);
+    const int32_t n_rows = (ROWS_AT_ONCE + step - 1) / step * step;
+    if (n == 0)
+        return true;
+    float *room =
+        app_memory((size_t)n_rows * width, (size_t)n * sizeof(float), run->error);
+    bool is_read = room != NULL;
+    for (int32_t y = 0; y < source->height && is_read; y += n_rows) {
+        const int32_t left = source->height - y;
+        const struct image_rows rows = {y, left < n_rows ? left : n_rows};
+        is_read = image_read_rows(source->colour, sum->channels, n, rows, room,
+                                  run->n_threads, run->error);
+        if (is_read)
+            add_up(sum, room, (size_t)rows.n * width, light + 3 * (size_t)y * width);
     }
-    free(light.room);
-    if (is_read)
-        return light.samples;
-    free(light.samples);
-    return NULL;
+    free(room);
+    return is_read;
+}
+
+float *seen_read_light(const struct run *run, const struct source *source,
+                       enum seen_kind kind)
+{
+    const size_t n = (size_t)source->width * (size_t)source->height;
+    struct sum sum = {.n_layers = 0};
+    float *light = list_layers(run, source, kind, &sum)
+                       ? app_memory(n, 3 * sizeof(float), run->error)
+                       : NULL;
+    if (light && !read_sum(run, source, &sum, light)) {
+        free(light);
+        light = NULL;
+    }
+    free(sum.channels);
+    return light;
 }

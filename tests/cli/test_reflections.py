@@ -2,7 +2,9 @@
 """What is seen in mirrors and through glass by its own depth: where light and depth
 come from, and what is said where they do not."""
 
-import pathlib
+import os
+import subprocess
+from pathlib import Path
 
 import numpy
 import plainexr
@@ -256,6 +258,47 @@ def test_the_way_of_the_rays(run, tmp_path, clip, scale):
     assert "Passes > Data > Denoising Data" in done.stderr
 
 
+def bytes_read(command):
+    child = subprocess.Popen(command, stdout=subprocess.DEVNULL)
+    os.waitid(os.P_PID, child.pid, os.WEXITED | os.WNOWAIT)
+    try:
+        facts = Path(f"/proc/{child.pid}/io").read_text()
+    except OSError:
+        facts = ""
+    assert child.wait() == 0
+    if not facts:
+        pytest.skip("this system does not say how much a process has read")
+    return int(facts.split("rchar: ")[1].split()[0])
+
+
+def test_lights_are_decoded_once(run, binary, tmp_path):
+    """Each chunk holds all layers: nine times the file, where each layer was read by
+    itself, and each light by the other, too, 19 times. Taller than what is read at once.
+    """
+    made = channels() | channels(word="Trans")
+    for c in "RGB":
+        made[f"ViewLayer.TransDir.{c}"] *= 0.1
+        made[f"ViewLayer.TransInd.{c}"] *= 0.1
+    for c in "XYZ":
+        made[f"ViewLayer.Denoising Normal.{c}"] = numpy.full_like(made["Z"], 0.6)
+    tall = {name: numpy.tile(a, (9, 1)) for name, a in made.items()}
+    mirror = tall["Z"] == MIRROR
+    y, x = numpy.mgrid[0 : 9 * HEIGHT, 0:WIDTH] + 0.5
+    ray = numpy.hypot(numpy.hypot(x - WIDTH / 2, y - 4.5 * HEIGHT) / 1000, 1)
+    tall["ViewLayer.Denoising Depth.Z"] = ray * numpy.where(mirror, ROOM, tall["Z"])
+    path = plainexr.write(tmp_path / "passes.exr", tall)
+    run(path, name="plain.exr")
+    ways = ("--reflection-depth", "denoising", "--transmission-depth", "denoising")
+    command = [binary, "filter", path, "-o", tmp_path / "out.exr", *LENS, *ways]
+    assert bytes_read(command) < 12 * os.path.getsize(path)
+    for k in (0, 5, 8):
+        own, plain = (
+            plainexr.read(tmp_path / n)[0]["G"][k * HEIGHT :][24:40, 34:62].std()
+            for n in ("out.exr", "plain.exr")
+        )
+        assert plain > 0.1 and own < plain / 4
+
+
 def test_sky_in_a_mirror_is_far(run, tmp_path):
     """Cycles counts nothing for rays that hit nothing; they give no normal."""
     made = channels()
@@ -408,8 +451,8 @@ def test_what_it_does_not_go_together_with(rackfocus, tmp_path, arguments):
 def test_a_sequence_takes_a_second_view_per_frame(rackfocus, tmp_path):
     for frame in (1, 2):
         first, second = pictures(tmp_path)
-        pathlib.Path(first).rename(tmp_path / f"shot.000{frame}.exr")
-        pathlib.Path(second).rename(tmp_path / f"second.000{frame}.exr")
+        Path(first).rename(tmp_path / f"shot.000{frame}.exr")
+        Path(second).rename(tmp_path / f"second.000{frame}.exr")
     words = ("filter", tmp_path / "shot.####.exr", "-o", tmp_path / "out.####.exr")
     words += ("--reflections-from", tmp_path / "second.####.exr", *LENS)
     rackfocus(*words)
