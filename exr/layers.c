@@ -433,6 +433,13 @@ static int depth_owner(const struct image_input *input, const struct name *name)
     return strcasecmp(name->base, "Z") != 0 && is_depth_word(name->base) ? name->n : -1;
 }
 
+/* A flat picture has no use for the depths of deep samples, nor these for a flat depth. */
+static bool is_as_deep(const struct image_input *input, const struct name *depth,
+                       const struct name *colour)
+{
+    return input->parts[depth->part].is_deep == input->parts[colour->part].is_deep;
+}
+
 /* How well a depth fits a colour; 0: not at all. */
 static int depth_score(const struct image_input *input, const struct name *depth,
                        const struct name *colour)
@@ -441,6 +448,8 @@ static int depth_score(const struct image_input *input, const struct name *depth
     if (n < 0)
         return 0;
     if (colour && !is_same_view(depth, colour) && depth->view[0])
+        return 0;
+    if (colour && !is_as_deep(input, depth, colour))
         return 0;
     /* A Z in float is the depth; other spellings are often copies for viewing. */
     bool is_plain_z = strcasecmp(depth->base, "Z") == 0;
@@ -561,13 +570,18 @@ static bool is_depth_like(const struct image_input *input, const struct name *na
 }
 
 /* The only layer, or channel, that is depth by such a name; -1: none, several, or there
- * are usual ones. */
-static int find_depth_like(const struct image_input *input, const char *view)
+ * are usual ones. Of a colour, if there is one (-1). */
+static int find_depth_like(const struct image_input *input, const char *view,
+                           int colour_channel)
 {
-    struct name name, first;
+    struct name name, first, colour;
     int found = -1;
+    if (colour_channel >= 0)
+        parse_name(input, colour_channel, &colour);
     for (int c = 0; c < input->n_channels; c++) {
         parse_name(input, c, &name);
+        if (colour_channel >= 0 && !is_as_deep(input, &name, &colour))
+            continue;
         if (depth_owner(input, &name) >= 0)
             return -1;
         if (!is_depth_like(input, &name) || !is_of_view(input, name.view, view))
@@ -632,7 +646,7 @@ static int find_depth_only(const struct image_input *input, const char *view,
 {
     int z = find_depth(input, view, -1);
     if (z < 0)
-        z = find_depth_like(input, view);
+        z = find_depth_like(input, view, -1);
     if (z >= 0)
         return z;
     if (found->r >= 0)
@@ -690,7 +704,7 @@ bool image_find_view_layer(const struct image_input *input, const char *view,
         found->z_rival =
             find_rival(input, view, found->r, found->z, &found->is_rival_weak);
         if (found->z < 0)
-            found->z = find_depth_like(input, view);
+            found->z = find_depth_like(input, view, found->r);
     }
     if (!depth_only || found->z >= 0)
         return true;

@@ -404,18 +404,36 @@ bool source_has_only_data(const struct source *source, char *text, size_t n_byte
     return layer->is_data;
 }
 
-bool source_check_depth(const struct source *source, struct image_error *error)
+/* A part of deep samples beside a flat picture; NULL: none. */
+static const char *find_deep_part(const struct source *source)
+{
+    int n;
+    const struct image_part_info *parts = image_parts(source->colour, &n);
+    for (int p = 0; p < n && !source->info.is_deep; p++)
+        if (parts[p].is_deep)
+            return parts[p].name;
+    return NULL;
+}
+
+static bool fail_without_depth(const struct source *source, struct image_error *error)
 {
     char channels[400];
+    const char *deep = find_deep_part(source);
     source_list_channels(source->colour, channels, sizeof(channels));
+    return set_error(
+        error,
+        "%s: there is no depth channel%s%s%s; its channels are %s; name the depth "
+        "with --depth-channel, or give the file that has it with --depth-file%s%s",
+        image_path(source->colour), source->view ? " of the view " : "",
+        source->view ? source->view : "", deep ? " beside the flat picture" : "",
+        channels, deep ? ", or filter the deep part with --layer " : "",
+        deep ? deep : "");
+}
+
+bool source_check_depth(const struct source *source, struct image_error *error)
+{
     if (source->z < 0)
-        return set_error(
-            error,
-            "%s: there is no depth channel%s%s; its channels are %s; name the depth "
-            "with --depth-channel, or give the file that has it with "
-            "--depth-file",
-            image_path(source->colour), source->view ? " of the view " : "",
-            source->view ? source->view : "", channels);
+        return fail_without_depth(source, error);
     if (source->info.is_deep && source->depth != source->colour)
         return set_error(
             error,

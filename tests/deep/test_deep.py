@@ -23,6 +23,7 @@ from deepscene import (
     tpsnr,
     write_deep,
 )
+from parts import join
 
 FILES = pathlib.Path(__file__).parent / "files"
 CAMERA = Camera(120, 80, 130, 0.22, 6)
@@ -333,6 +334,38 @@ def test_storage(rackfocus, tmp_path, tile, compression):
     found = json.loads(rackfocus("info", path, "--json").stdout)
     assert found["files"][0]["parts"][0]["deep"] is True
     assert found["files"][0]["parts"][0]["tiled"] is (tile > 0)
+
+
+def write_flat(path, camera, names):
+    spec = oiio.ImageSpec(camera.width, camera.height, len(names), oiio.FLOAT)
+    spec.channelnames = names
+    output = oiio.ImageOutput.create(str(path))
+    assert output.open(str(path), spec), output.geterror()
+    grey = np.full((camera.height, camera.width, len(names)), 0.5, np.float32)
+    assert output.write_image(grey), output.geterror()
+    output.close()
+    return path
+
+
+@pytest.mark.parametrize("name", ["flat", "beauty"])
+def test_a_flat_picture_beside_deep_samples(rackfocus, tmp_path, name):
+    """It took its depth from these: `info` showed nothing, and `filter` named an option
+    for deep files, which this was none of."""
+    deep = write_deep(tmp_path / "d.exr", SMALL, deep_samples(SMALL, solids()))
+    flat = write_flat(tmp_path / "f.exr", SMALL, ("R", "G", "B"))
+    both = join(tmp_path / "both.exr", **{name: flat, "hidden": deep})
+    assert "part 1 hidden: deep scan lines" in rackfocus("info", both).stdout
+    out, want = tmp_path / "o.exr", tmp_path / "w.exr"
+    done = rackfocus("filter", both, "-o", out, *SMALL.options(), code=1)
+    assert "there is no depth channel beside the flat picture" in done.stderr
+    assert "or filter the deep part with --layer hidden" in done.stderr
+    layer = ("--layer", "hidden", *SMALL.options())
+    rackfocus("filter", both, "-o", out, *layer)
+    rackfocus("filter", deep, "-o", want, *SMALL.options())
+    assert (read(out)[0] == read(want)[0]).all()
+    depth = write_flat(tmp_path / "z.exr", SMALL, ("Z",))
+    rackfocus("filter", both, "--depth-file", depth, "-o", out, *SMALL.options(), "-q")
+    assert np.allclose(read(out)[0], 0.5)
 
 
 def test_files_of_openexr(rackfocus, tmp_path):
