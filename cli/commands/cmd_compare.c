@@ -130,6 +130,13 @@ static void warn_of_choice(const char *path, const struct picture *picture)
         warning(false, "%s: %s; name one with --layer", path, picture->doubt);
 }
 
+/* Is the data window all that is to be seen? */
+static bool is_whole(const struct picture *picture)
+{
+    return !picture->has_window ||
+           memcmp(&picture->display, &picture->window, sizeof(picture->window)) == 0;
+}
+
 /* A PNG shows the display window: of an EXR picture beside it the same is looked at. */
 static bool show_as_png(struct picture *exr, const struct picture *png,
                         struct image_error *error)
@@ -137,8 +144,8 @@ static bool show_as_png(struct picture *exr, const struct picture *png,
     const struct image_box *box = &exr->display;
     const int64_t width = (int64_t)box->max_x - box->min_x + 1;
     const int64_t height = (int64_t)box->max_y - box->min_y + 1;
-    if (!exr->has_window || png->has_window || width != png->width ||
-        height != png->height || memcmp(box, &exr->window, sizeof(*box)) == 0)
+    if (png->has_window || is_whole(exr) || width != png->width ||
+        height != png->height)
         return true;
     float *shown = picture_show_window(exr->samples, 3, &exr->window, box, error);
     if (!shown)
@@ -151,6 +158,23 @@ static bool show_as_png(struct picture *exr, const struct picture *png,
     return true;
 }
 
+/* Pictures of other sizes may be crops of one. */
+static int fail_sizes(const char *path_a, const struct picture *a, const char *path_b,
+                      const struct picture *b)
+{
+    const bool are_alike = a->has_window && b->has_window &&
+                           memcmp(&a->display, &b->display, sizeof(a->display)) == 0;
+    char way[400] = "";
+    if (are_alike)
+        snprintf(way, sizeof(way),
+                 "; their display windows are alike: oiiotool %.300s --croptofull -o "
+                 "whole.exr",
+                 is_whole(a) ? path_b : path_a);
+    message("%s: is %d x %d, but %s is %d x %d; pictures of one size can be compared%s",
+            path_a, a->width, a->height, path_b, b->width, b->height, way);
+    return EXIT_FAILED;
+}
+
 static int compare(const struct compare_options *tool, const char *path_a,
                    const char *path_b, struct picture *a, struct picture *b)
 {
@@ -160,12 +184,8 @@ static int compare(const struct compare_options *tool, const char *path_a,
         message("%s", error.message);
         return EXIT_FAILED;
     }
-    if (a->width != b->width || a->height != b->height) {
-        message("%s: is %d x %d, but %s is %d x %d; pictures of one size can be "
-                "compared",
-                path_a, a->width, a->height, path_b, b->width, b->height);
-        return EXIT_FAILED;
-    }
+    if (a->width != b->width || a->height != b->height)
+        return fail_sizes(path_a, a, path_b, b);
     if (a->has_window && b->has_window &&
         !picture_check_place(path_a, &a->window, path_b, &b->window, &error)) {
         message("%s", error.message);

@@ -260,6 +260,25 @@ def test_pictures_of_another_place(rackfocus, scene, tmp_path):
     rackfocus("compare", moved, png)
 
 
+@pytest.mark.parametrize("turned", [False, True])
+def test_a_crop_beside_the_whole(rackfocus, scene, tmp_path, turned):
+    """Both may show the same: the way to compare them is named, and leads there."""
+    cut = slice(3, 23), slice(5, 35)
+
+    def crop(channels):
+        for name, values in channels.items():
+            channels[name] = values[cut]
+
+    whole = scene("whole.exr")
+    part = scene("part.exr", change=crop, data=(5, 3, 34, 22), display=(0, 0, 47, 31))
+    pair = (whole, part) if turned else (part, whole)
+    said = rackfocus("compare", *pair, code=1).stderr
+    assert "pictures of one size can be compared; their display windows are" in said
+    assert f": oiiotool {part} --croptofull -o whole.exr" in said
+    other = scene("other.exr", size=(30, 20))
+    assert "oiiotool" not in rackfocus("compare", other, whole, code=1).stderr
+
+
 def test_other_pixel_aspects_are_named(rackfocus, scene, tmp_path):
     """Compared all the same: programs lose the aspect, and a PNG has none."""
     wide, square = scene("wide.exr", aspect=2.0), scene("square.exr")
