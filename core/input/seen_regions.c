@@ -25,73 +25,116 @@ static const float FLAT_PX = 0.006f, FLAT_SLOPE = 0.06f;
 static const float MOST_STEP_PX = 3, MOST_BEND_PX = 0.5f;
 enum { FLAT_REACH = 12, FLAT_STEP = 3, FLAT_APART = 6, FLAT_LEAST = 4 };
 
-struct bend {
-    float second, slope; /* sums */
-    int n;
-};
-
-/* Adds the second difference about pixel (x, y), if the three are of one surface. */
-static void add_bend(const struct rf_seen_problem *p, int x, int y, int dx, int dy,
-                     struct bend *bend)
-{
-    int x0 = x - dx, y0 = y - dy, x1 = x + dx, y1 = y + dy;
-    if (x0 < 0 || x1 >= p->width || rf_min_int(y0, y1) < 0 ||
-        rf_max_int(y0, y1) >= p->height)
-        return;
-    size_t width = (size_t)p->width, i = (size_t)y * width + (size_t)x;
-    size_t a = (size_t)y0 * width + (size_t)x0, b = (size_t)y1 * width + (size_t)x1;
-    if (!rf_seen_is_lit(p, i) || !rf_seen_is_lit(p, a) || !rf_seen_is_lit(p, b))
-        return;
-    float before = p->surface[i] - p->surface[a], after = p->surface[b] - p->surface[i];
-    if (fabsf(before) > MOST_STEP_PX || fabsf(after - before) > MOST_BEND_PX)
-        return;
-    bend->second += after - before;
-    bend->slope += fabsf(after + before) / (2 * FLAT_APART);
-    bend->n++;
-}
-
-/* Is what lies around a pixel flat? A sliver is not told from what is curved. */
-static bool is_flat(const struct rf_seen_problem *p, int x, int y)
-{
-    static const int along[4][2] = {{1, 0}, {0, 1}, {1, 1}, {1, -1}};
-    size_t i = (size_t)y * (size_t)p->width + (size_t)x;
-    for (int k = 0; k < 4; k++) {
-        struct bend bend = {.n = 0};
-        for (int b = rf_max_int(y - FLAT_REACH, 0);
-             b <= rf_min_int(y + FLAT_REACH, p->height - 1); b += FLAT_STEP)
-            for (int a = rf_max_int(x - FLAT_REACH, 0);
-                 a <= rf_min_int(x + FLAT_REACH, p->width - 1); a += FLAT_STEP) {
-                float away = p->surface[(size_t)b * (size_t)p->width + (size_t)a] -
-                             p->surface[i];
-                if (fabsf(away) <= MOST_STEP_PX)
-                    add_bend(p, a, b, FLAT_APART * along[k][0],
-                             FLAT_APART * along[k][1], &bend);
-            }
-        float n = (float)bend.n;
-        if (k < 2 && bend.n < FLAT_LEAST)
-            return false;
-        if (bend.n >= FLAT_LEAST &&
-            fabsf(bend.second) > FLAT_PX * n + FLAT_SLOPE * bend.slope)
-            return false;
-    }
-    return true;
-}
-
 /* Pixels that are something: flat, or an edge. */
 struct marking {
     const struct rf_seen_problem *problem;
     uint8_t *is_so;
 };
 
-static void find_flats(void *data, int64_t begin, int64_t end, int thread)
+/* Of all pixels, along one direction: second differences, and half the first ones per
+ * pixel; below 0: the three are not of one surface. */
+struct bends {
+    struct marking mark;
+    int dx, dy;
+    int n_least; /* about a pixel, else it is not flat; 0: any */
+    float *second, *slope;
+};
+
+static bool find_bend(const struct bends *f, int x, int y, float *second, float *slope)
 {
-    const struct marking *f = data;
-    const struct rf_seen_problem *p = f->problem;
+    const struct rf_seen_problem *p = f->mark.problem;
+    int x0 = x - f->dx, y0 = y - f->dy, x1 = x + f->dx, y1 = y + f->dy;
+    if (x0 < 0 || x1 >= p->width || rf_min_int(y0, y1) < 0 ||
+        rf_max_int(y0, y1) >= p->height)
+        return false;
+    size_t width = (size_t)p->width, i = (size_t)y * width + (size_t)x;
+    size_t a = (size_t)y0 * width + (size_t)x0, b = (size_t)y1 * width + (size_t)x1;
+    if (!rf_seen_is_lit(p, i) || !rf_seen_is_lit(p, a) || !rf_seen_is_lit(p, b))
+        return false;
+    float before = p->surface[i] - p->surface[a], after = p->surface[b] - p->surface[i];
+    if (fabsf(before) > MOST_STEP_PX || fabsf(after - before) > MOST_BEND_PX)
+        return false;
+    *second = after - before;
+    *slope = fabsf(after + before) / (2 * FLAT_APART);
+    return true;
+}
+
+static void find_bends(void *data, int64_t begin, int64_t end, int thread)
+{
+    const struct bends *f = data;
+    const int width = f->mark.problem->width;
     (void)thread;
     for (int y = (int)begin; y < (int)end; y++)
-        for (int x = 0; x < p->width; x++) {
-            size_t i = (size_t)y * (size_t)p->width + (size_t)x;
-            f->is_so[i] = rf_seen_is_lit(p, i) && is_flat(p, x, y);
+        for (int x = 0; x < width; x++) {
+            size_t i = (size_t)y * (size_t)width + (size_t)x;
+            if (!find_bend(f, x, y, &f->second[i], &f->slope[i])) {
+                f->second[i] = 0;
+                f->slope[i] = -1;
+            }
+        }
+}
+
+/* Sums about pixels that lie side by side: one pass over a row for all of them. */
+enum { BESIDE = 64 };
+struct bend_sums {
+    int x, y, n_pixels; /* from (x, y) on */
+    float second[BESIDE], slope[BESIDE], n[BESIDE];
+};
+
+/* Adds what lies `across` px to the right of each pixel, in row b. */
+static void add_bends(const struct bends *f, int across, int b, struct bend_sums *sums)
+{
+    const struct rf_seen_problem *p = f->mark.problem;
+    const size_t width = (size_t)p->width;
+    const int x = sums->x, n = rf_min_int(sums->n_pixels, p->width - (x + across));
+    const size_t at = (size_t)b * width + (size_t)(x + across);
+    const float *own = p->surface + (size_t)sums->y * width + (size_t)x;
+    const float *surface = p->surface + at;
+    const float *second = f->second + at, *slope = f->slope + at;
+    for (int i = 0; i < n; i++) {
+        const bool is_near = fabsf(surface[i] - own[i]) <= MOST_STEP_PX;
+        const bool is_one = !(slope[i] < 0);
+        sums->second[i] += is_near & is_one ? second[i] : 0;
+        sums->slope[i] += is_near & is_one ? slope[i] : 0;
+        sums->n[i] += is_near & is_one ? 1.0f : 0;
+    }
+}
+
+/* Is what lies around n pixels from (x, y) on flat along the direction? A sliver is not
+ * told from what is curved. */
+static void drop_bent(const struct bends *f, int x, int y, int n)
+{
+    const struct rf_seen_problem *p = f->mark.problem;
+    struct bend_sums sums = {.x = x, .y = y, .n_pixels = n};
+    uint8_t *is_so = f->mark.is_so + (size_t)y * (size_t)p->width + (size_t)x;
+    const int first = rf_max_int(-FLAT_REACH, -x);
+    for (int b = rf_max_int(y - FLAT_REACH, 0);
+         b <= rf_min_int(y + FLAT_REACH, p->height - 1); b += FLAT_STEP)
+        for (int a = first; a <= FLAT_REACH; a += FLAT_STEP)
+            add_bends(f, a, b, &sums);
+    for (int i = 0; i < n; i++) {
+        const bool is_bent =
+            sums.n[i] >= FLAT_LEAST &&
+            fabsf(sums.second[i]) > FLAT_PX * sums.n[i] + FLAT_SLOPE * sums.slope[i];
+        is_so[i] &= sums.n[i] >= (float)f->n_least && !is_bent;
+    }
+}
+
+/* Beside the left border the places begin at it, so that each pixel has its own. */
+static void keep_flats(void *data, int64_t begin, int64_t end, int thread)
+{
+    const struct bends *f = data;
+    const int width = f->mark.problem->width;
+    (void)thread;
+    for (int y = (int)begin; y < (int)end; y++)
+        for (int x = 0, n; x < width; x += n) {
+            const uint8_t *is_so = f->mark.is_so + (size_t)y * (size_t)width;
+            n = x < FLAT_REACH ? 1 : rf_min_int(BESIDE, width - x);
+            bool is_any = false;
+            for (int i = x; i < x + n; i++)
+                is_any |= is_so[i];
+            if (is_any)
+                drop_bent(f, x, y, n);
         }
 }
 
@@ -99,15 +142,26 @@ rf_result rf_seen_drop_curved(const struct rf_context *context,
                               const struct rf_seen_problem *p, float *tones,
                               struct rf_error *error)
 {
+    static const int along[4][2] = {{1, 0}, {0, 1}, {1, 1}, {1, -1}};
     size_t n = (size_t)p->width * (size_t)p->height;
-    struct marking f = {p, rf_alloc(context, n, 1)};
-    if (!f.is_so)
-        return rf_fail_memory(error, n, 1);
-    rf_parallel(context, p->height, 4, find_flats, &f);
+    float *room = rf_alloc(context, n, 2 * sizeof(float) + 1);
+    if (!room)
+        return rf_fail_memory(error, n, 2 * sizeof(float) + 1);
+    struct bends f = {.second = room, .slope = room + n};
+    f.mark = (struct marking){p, (uint8_t *)(room + 2 * n)};
     for (size_t i = 0; i < n; i++)
-        if (!f.is_so[i])
+        f.mark.is_so[i] = rf_seen_is_lit(p, i);
+    for (int k = 0; k < 4; k++) {
+        f.dx = FLAT_APART * along[k][0];
+        f.dy = FLAT_APART * along[k][1];
+        f.n_least = k < 2 ? FLAT_LEAST : 0;
+        rf_parallel(context, p->height, 4, find_bends, &f);
+        rf_parallel(context, p->height, 4, keep_flats, &f);
+    }
+    for (size_t i = 0; i < n; i++)
+        if (!f.mark.is_so[i])
             tones[3 * i] = -1;
-    rf_free(context, f.is_so);
+    rf_free(context, room);
     return RF_OK;
 }
 
