@@ -203,13 +203,15 @@ static void add_up(const struct sum *sum, const float *layers, size_t n_pixels,
 static bool read_sum(const struct run *run, const struct source *source,
                      const struct sum *sum, float *light)
 {
-    enum {
-        ROWS_AT_ONCE = 256
-    }; /* 16 chunks of the usual 16 rows: for as many threads */
+    enum { ROWS_AT_ONCE = 256 };
     const size_t width = (size_t)source->width;
     const int n = 3 * sum->n_layers;
     const int32_t step = image_row_step(source->colour, source->part);
-    const int32_t n_rows = (ROWS_AT_ONCE + step - 1) / step * step;
+    const int32_t n_chunks = (ROWS_AT_ONCE + step - 1) / step;
+    /* A chunk for each thread at the least. */
+    const int64_t most =
+        (int64_t)step * (n_chunks > run->n_threads ? n_chunks : run->n_threads);
+    const int32_t n_rows = most < source->height ? (int32_t)most : source->height;
     if (n == 0)
         return true;
     float *room =
