@@ -15,7 +15,8 @@
 
 enum {
     RF_MAX_LEVEL = 12,
-    RF_BIN_PX = 2 /* of radius, whose samples a tile spreads together */
+    RF_BIN_PX =
+        2 /* of radius, whose samples a tile spreads together; see rf_bin_at() */
 };
 
 /* Lists of one tile's samples, ordered by bin. */

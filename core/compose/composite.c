@@ -3,8 +3,8 @@
  * Compositing, at a cost that does not grow with the radius (docs/algorithm.md,
  * "Samples, bins and tiles" to "The saturating sum").
  *
- * Samples gather in fixed bins of 2 px of signed radius, near to far. For each pixel p
- * and sub-aperture c, with T(p, c) what is still uncovered,
+ * Samples gather in fixed bins of signed radius (2 px, in focus 0.5 px), near to far. For
+ * each pixel p and sub-aperture c, with T(p, c) what is still uncovered,
  *
  *   w = min(coverage of the bin, T),  out += colour w / coverage,  T -= w
  *

@@ -62,7 +62,8 @@ static const rf_packed *first_from_row(const rf_packed *from, const rf_packed *e
 /* Pixels of the level that footprints of bin b reach at the most. */
 static int reach_of(const struct rf_composer *c, const struct rf_group *g, int b)
 {
-    int first = g->first_bin + b, px = RF_BIN_PX * rf_max_int(-first, first + 1);
+    int first = g->first_bin + b;
+    float px = rf_max_float(-rf_bin_from(first), rf_bin_from(first + 1));
     double r = (double)px / (1 << g->level);
     return rf_footprints_reach(c->footprints, g->level, first < 0 ? -r : r);
 }
@@ -98,7 +99,7 @@ static void spread_list(const struct rf_composer *c, const struct rf_tile_list *
 static bool is_near_focus(const struct rf_group *g, int b)
 {
     int bin = g->first_bin + b;
-    return g->level == 0 && (bin == -1 || bin == 0);
+    return g->level == 0 && bin >= -1 - RF_N_SHARP && bin <= RF_N_SHARP;
 }
 
 /*
@@ -108,7 +109,7 @@ static bool is_near_focus(const struct rf_group *g, int b)
 static void close_insides(const struct rf_composer *c, const struct rf_group *g, int b,
                           int tx, int ty, const struct rf_tile_state *state)
 {
-    float end = (float)(RF_BIN_PX * (g->first_bin + b + 1));
+    float end = rf_bin_from(g->first_bin + b + 1);
     rf_close_insides(c, tx, ty, end - 2 * RF_BIN_PX,
                      rf_min_float(end, c->levels.limit[0][0]), state);
 }
@@ -132,7 +133,7 @@ void rf_composite_tile(const struct rf_composer *c, const struct rf_group *g, in
         if (is_reached)
             c->kernels->flush(acc, state);
         has_sharp |= is_reached && is_near_focus(g, b);
-        if (has_sharp && g->first_bin + b == 0)
+        if (has_sharp && g->first_bin + b == RF_N_SHARP)
             rf_close_smooth(c, tx, ty, state);
         if (is_reached && g->level == 0)
             close_insides(c, g, b, tx, ty, state);

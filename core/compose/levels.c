@@ -66,6 +66,8 @@ struct rf_group rf_group_make(const struct rf_composer *c, int level, bool is_ne
     double inner_px = (double)rf_level_from(&c->levels, level, is_near);
     int outer = (int)ceil(outer_px / RF_BIN_PX),
         inner = (int)floor(inner_px / RF_BIN_PX);
+    outer += RF_N_SHARP;
+    inner += RF_N_SHARP;
     g.first_bin = level == 0 || is_near ? -outer : inner;
     g.n_bins = level ? outer - inner : 2 * outer;
     return g;

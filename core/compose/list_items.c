@@ -149,14 +149,14 @@ static void know_range(const struct rf_lister *lister, float r,
     int level = rf_min_int(rf_level_of(&lister->c->levels, r), lister->max_level);
     const struct rf_group *g =
         &lister->groups->at[lister->max_level + (r < 0 ? -level : level)];
-    int bin = rf_floor_int(r / RF_BIN_PX);
+    int bin = rf_bin_at(r);
     float outer = lister->c->levels.limit[r < 0][level];
     float inner = rf_level_from(&lister->c->levels, level, r < 0);
     if (bin - g->first_bin != rf_bin_of(g, r))
         return;
-    known->low = rf_max_float((float)bin * RF_BIN_PX, r < 0 ? -outer : inner);
+    known->low = rf_max_float(rf_bin_from(bin), r < 0 ? -outer : inner);
     known->low += margin - shift;
-    known->high = rf_min_float((float)(bin + 1) * RF_BIN_PX, r < 0 ? -inner : outer);
+    known->high = rf_min_float(rf_bin_from(bin + 1), r < 0 ? -inner : outer);
     known->high -= margin + shift;
 }
 

@@ -64,15 +64,9 @@ static inline const struct rf_group *rf_full_group(const struct rf_lister *liste
     return &lister->groups->at[lister->max_level];
 }
 
-static inline int rf_floor_int(float v)
-{
-    int i = (int)v;
-    return i - (v < (float)i);
-}
-
 static inline int rf_bin_of(const struct rf_group *g, float r)
 {
-    int bin = rf_floor_int(r / RF_BIN_PX) - g->first_bin;
+    int bin = rf_bin_at(r) - g->first_bin;
     return rf_min_int(rf_max_int(bin, 0), g->n_bins - 1);
 }
 

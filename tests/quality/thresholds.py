@@ -44,7 +44,7 @@ compose/highlights_add.c NEARER_PX 0.3f 1.2f one,views
 compose/highlights_add.c JOIN_PX 0.5f 2 one,views
 compose/rims.c WHOLE 0.4f 1 one,views
 compose/smooth.c MOST_PX 0.75f 3 one
-compose/smooth.c MOST_RANGE_PX 0.75f 3 one
+compose/smooth.c MOST_RANGE_PX 0.25f 1.5f one
 compose/smooth.c MOST_BEFORE_PX 0.075f 0.3f one
 surfaces/split_fringe.c FRINGE_RATIO 1.5f 4 one
 surfaces/split_fringe.c SAME_SURFACE_PX 0.15f 0.6f one

@@ -15,7 +15,7 @@
  *      t / 0.08 with t = g / (0.24 + |g|); g is the mean of two differences of radii in
  *      turn, about the pixel or on one side of it, that differ by less than half of the
  *      larger + 0.02 px, below 1 px
- *   -  bins floor(r / 2 px), near to far: w = T f(W / T), out += colour w / W, T -= w,
+ *   -  bins floor(r / 2 px), with borders at +-0.5 px, too, near to far: w = T f(W / T), out += colour w / W, T -= w,
  *      f(x) = min(x, 1) with a ramp from 0.9 at 0.9 to 1 at 0.95; at the end out /
  *      covered
  *
@@ -239,6 +239,11 @@ static void spread(const struct model *m, struct sums *s, int x, int y, double *
             }
 }
 
+static int bin_of(double r)
+{
+    return (int)floor(r / 2) + (r >= 0.5) - (r < -0.5);
+}
+
 static void close_bin(const struct model *m, struct sums *s)
 {
     for (int i = 0; i < m->width * m->height; i++)
@@ -269,11 +274,11 @@ static void model_run(const struct model *m, double *out)
     find_middles(m, s.middle);
     for (size_t i = 0; i < n * MAX_SITES; i++)
         s.left[i] = share[i % MAX_SITES];
-    for (int bin = -20; bin <= 20; bin++) {
+    for (int bin = -22; bin <= 22; bin++) {
         bool is_used = false;
         for (int y = 0; y < m->height; y++)
             for (int x = 0; x < m->width; x++)
-                if ((int)floor(m->radius[y * m->width + x] / 2) == bin) {
+                if (bin_of(m->radius[y * m->width + x]) == bin) {
                     spread(m, &s, x, y, share);
                     is_used = true;
                 }
