@@ -62,7 +62,6 @@ def on_render_start(scene, *_):
     slots.note(scene)
     running.begin(scene.name, sys._getframe().f_back)
     engine.awaited.discard(scene.name)
-    setup.new.discard(scene.name)
     failures.told.pop(scene.name, None)
     called.put_back()
     called.be_last(FRAME_HANDLERS)
@@ -289,7 +288,6 @@ def on_load(*_):
     """A file that was saved in the middle of a render opens as it was before."""
     called.put_back()
     running.forget()
-    setup.new.clear()
     engine.last_run.clear()
     camera_objects.forget_strips()
     failures.told.clear()
@@ -380,9 +378,6 @@ def _follow():
         setup.sync(scene)
         if is_changed:
             setup.settle(scene)
-        if scene.name in setup.new:
-            setup.new.discard(scene.name)
-            operators.show_new(scene)
         refocusing.follow(scene)
 
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Refocus without rendering, and the node of the compositor's Add menu."""
 
-import functools
-
 import bpy
 from bpy.props import IntProperty
 
@@ -26,10 +24,8 @@ from . import (
     taken,
 )
 from . import unblurred, unwritten, views
-from .writing import write
 
 
-NOT_YET = "what is shown is not filtered yet, and may be black: press F12"
 REFUSED = (exr.ExrError, passes.PassesError, finishing.FinishError)
 
 
@@ -124,32 +120,6 @@ def refocus_later(scene_name):
                 refocus(scene, "INVOKE_DEFAULT")
             except REFUSED as error:
                 failures.note(scene, error)
-    return None
-
-
-def show_new(scene):
-    """A scene was set up while a window may show its last render.
-
-    From 5.0 on Blender composites that again at once, black where it was not filtered.
-    """
-    if compat.HAS_NODE_GROUPS and not bpy.app.background:
-        task = functools.partial(write, _refocus_new, scene.name)
-        bpy.app.timers.register(task, first_interval=0.05)
-
-
-def _refocus_new(scene_name):
-    scene = bpy.data.scenes.get(scene_name)
-    is_set_up = scene is not None and setup.filter_scene_of(scene) is not None
-    if not is_set_up or bpy.app.is_job_running("RENDER"):  # that makes a new picture
-        return None
-    try:
-        passes.keep(scene)
-    except passes.PassesError:  # there is no render that would be black
-        return None
-    if setup.can_mute_sources(scene):
-        return refocus_later(scene_name)
-    engine.last_run[scene_name] = {"seconds": {}, "message": NOT_YET}
-    failures.say(scene, NOT_YET)
     return None
 
 

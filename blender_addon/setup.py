@@ -39,7 +39,6 @@ NO_RENDERER = (
     "the engine “Rack Focus” renders nothing by itself: choose Cycles or EEVEE under "
     "Render > Render Engine, and tick Rack Focus in the camera's Depth of Field"
 )
-new = set()  # names of scenes that were set up, of which nobody has taken notice yet
 RECORD_VERSION = 2  # 1: nodes of a new tree might look at another scene; see heal()
 
 # ---- who belongs to whom ----------------------------------------------------------
@@ -337,7 +336,6 @@ def enable(scene):
     """Makes the filter scene, switches on the Z passes, puts the nodes in."""
     if filter_scene_of(scene) is not None:
         return
-    new.add(scene.name)
     foreign = scene.rack_focus.filter_scene
     ours = bpy.data.scenes.new(f"{scene.name} Rack Focus")
     ours.render.engine = ENGINE

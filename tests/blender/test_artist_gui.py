@@ -58,14 +58,6 @@ def test_the_node_filters_in_a_job(found):
     assert values["scenes_left"] == ["Scene", "Scene Rack Focus"]
 
 
-def test_the_picture_stays_as_the_box_is_ticked(found):
-    """A plain render without its depth: Blender 5.x made it black, without a word."""
-    values, _ = found
-    assert values["ticked_mean"] > 0.05 and values["ticked_difference"] == 0
-    if values["version"] >= "5":
-        assert "without its depth: press F12" in values["ticked_message"]
-
-
 # What docs/blender.md shows: the Blenders, and left, right, top, bottom in px.
 SHOWN = {
     "box": ("35", 30, 1040, 60, 800),

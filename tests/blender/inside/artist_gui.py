@@ -247,23 +247,6 @@ def node():
     FOUND["scenes_left"] = sorted(s.name for s in bpy.data.scenes)
 
 
-def ticked_again():
-    """Blender 5.x composites again as the box is ticked; what it was before that."""
-    settings = bpy.context.scene.camera.data.rack_focus
-    area_of("IMAGE_EDITOR").spaces.active.image = bpy.data.images["Render Result"]
-    settings.enabled = False
-    yield 0.3
-    yield from render()
-    before = result("plain")
-    settings.enabled = True
-    yield 1.0
-    yield from until(is_quiet, "the end of the refocus")
-    yield 0.3
-    FOUND["ticked_difference"] = float(np.abs(result("ticked") - before).max())
-    FOUND["ticked_mean"] = float(before[..., :3].mean())
-    FOUND["ticked_message"] = common.last_message(bpy.context.scene)
-
-
 def steps():
     """The session; yields the seconds to wait."""
     bpy.context.preferences.view.ui_scale = 0.9
@@ -281,7 +264,6 @@ def steps():
     yield from drag_the_focus()
     yield from by_itself()
     yield from finish()
-    yield from ticked_again()
     yield from node()
 
 
