@@ -202,7 +202,8 @@ def test_the_nearest_depth_of_a_filter(filtered, seen):
     raw, said = filtered(change_wide, "--depth-repair", "off")
     assert said == ""
     wrong = [sum(abs(a[c] - want[c]).sum() for c in "RGB") for a in (got, raw)]
-    assert wrong[0] < 0.4 * wrong[1]
+    # 3.8 and 8.9; 6.7 and 22.5 while what is in focus shared its bin with the wall.
+    assert wrong[0] < 5 and wrong[0] < 0.45 * wrong[1]
     nearer, said = filtered(change_wide, "--depth", "inverse")
     assert "wider" not in said and nearer
 
