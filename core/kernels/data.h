@@ -255,6 +255,9 @@ static inline struct rf_splat rf_packed_splat(const struct rf_tile_surfaces *t,
     return splat;
 }
 
+/* The share of T from which a bin covers more than it has: see kernels_tmpl.c. */
+static const float RF_RAMP = 0.9f;
+
 /*
  * Where samples of one bin gather: per cell and row, the colour planes and, last, the
  * coverage; RF_ACC_STRIDE columns each, of which the tile is the middle part.
@@ -276,7 +279,8 @@ struct rf_spread_sums {
      * and coverage of a slanted surface are multiplied by.
      */
     const float *factors;
-    int reach; /* px that the footprints of the bin reach at the most */
+    int reach;  /* px that the footprints of the bin reach at the most */
+    float ramp; /* RF_RAMP, or INFINITY: the bin covers what it has */
     int first_row,
         last_row; /* rows touched since the last flush; empty: first > last */
 };

@@ -6,10 +6,10 @@
  *                                          what the slant makes of a cell's light
  *   flush    w = T f(acc_w / T),  sum_p += acc_p w / acc_w,  T -= w
  *
- * with f(x) = min(x, 1), but for a ramp from 0.9 at x = 0.9 to 1 at x = 0.95: a curved
- * surface covers pixels to 95 % only, and the rest must not be let through to what lies
- * behind (worth 0.5 dB on a house before a sky, 1.2 on columns, -0.1 on plane; a wider
- * ramp moves the edges of mattes by 0.1 and costs plane 0.3).
+ * with f(x) = min(x, 1), but out of focus for a ramp from 0.9 at x = 0.9 to 1 at x = 0.95:
+ * a curved surface covers pixels to 95 % only, and the rest must not be let through to
+ * what lies behind (worth 0.5 dB on a house before a sky, 1.2 on columns, -0.1 on plane;
+ * a wider ramp moves the edges of mattes by 0.1 and costs plane 0.3).
  *
  * Preconditions: segments are padded with zero weights to eight lanes; a footprint
  * reaches at most RF_TILE_HALO px from its middle, which lies at most 9 px beside its
@@ -86,10 +86,10 @@ static void find_above(const float *v, float limit, int n, uint64_t *bits)
 static const float DUST = 1e-12f;
 
 /* f(x) of the head of this file; x >= 0 where it counts. */
-static inline vf saturate(vf x)
+static inline vf saturate(vf x, float from)
 {
     vf ramp = SPLAT(0.9f) + (x - SPLAT(0.9f)) * SPLAT(2);
-    return vmin(SPLAT(1), choose(x > SPLAT(0.9f), ramp, x));
+    return vmin(SPLAT(1), choose(x > SPLAT(from), ramp, x));
 }
 
 /* A cell's sums, with its share of what all cells have in common. */
@@ -102,7 +102,7 @@ gathered(const float *acc, const float *common, float share)
 
 static inline __attribute__((always_inline)) void
 flush_row(float *acc, const float *common, float share, float *t, float *sum,
-          size_t plane, int n_planes, const float *least)
+          size_t plane, int n_planes, const float *least, float ramp)
 {
     for (int x = 0; x < RF_TILE_W; x += LANES) {
         float *a = acc + RF_ACC_LEFT + x;
@@ -110,7 +110,7 @@ flush_row(float *acc, const float *common, float share, float *t, float *sum,
         const int last = (n_planes - 1) * RF_ACC_STRIDE;
         vf w = gathered(a + last, common ? b + last : NULL, share);
         vf left = vmax(LOAD(t + x), SPLAT(0));
-        vf m = left * saturate(w / vmax(left, SPLAT(DUST)));
+        vf m = left * saturate(w / vmax(left, SPLAT(DUST)), ramp);
         vi has_surface = w > SPLAT(DUST);
         vf q = choose(has_surface, m / vmax(w, SPLAT(DUST)),
                       choose(left > SPLAT(0), SPLAT(1), SPLAT(0)));
@@ -148,9 +148,10 @@ flush_all(struct rf_spread_sums *acc, const struct rf_tile_state *state, int n_p
             float *sum = state->sum + state->cell * (size_t)c + state->row * (size_t)y;
             if (acc->common_rows >> y & 1)
                 flush_row(row, common + row_size * (size_t)y, acc->share[c], t, sum,
-                          state->plane, n_planes, acc->least);
+                          state->plane, n_planes, acc->least, acc->ramp);
             else
-                flush_row(row, NULL, 0, t, sum, state->plane, n_planes, acc->least);
+                flush_row(row, NULL, 0, t, sum, state->plane, n_planes, acc->least,
+                          acc->ramp);
         }
     for (int y = acc->first_row; y <= acc->last_row; y++)
         if (acc->common_rows >> y & 1)

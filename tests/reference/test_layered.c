@@ -16,8 +16,8 @@
  *      turn, about the pixel or on one side of it, that differ by less than half of the
  *      larger + 0.02 px, below 1 px
  *   -  bins floor(r / 2 px), with borders at +-0.5 px, too, near to far: w = T f(W / T), out += colour w / W, T -= w,
- *      f(x) = min(x, 1) with a ramp from 0.9 at 0.9 to 1 at 0.95; at the end out /
- *      covered
+ *      f(x) = min(x, 1) with a ramp from 0.9 at 0.9 to 1 at 0.95 but next to the focus;
+ *      at the end out / covered
  *
  * Splitting and hidden samples are off, and nothing is a highlight: they decide by
  * thresholds, and their worth is measured on real renders. The fast code differs by the
@@ -198,9 +198,9 @@ static void footprint(const struct model *m, double r, double *weights, double *
         share[i] /= n;
 }
 
-static double saturate(double x)
+static double saturate(double x, bool has_ramp)
 {
-    return x < 0.9 ? x : x < 0.95 ? 0.9 + 2 * (x - 0.9) : 1;
+    return !has_ramp ? fmin(x, 1) : x < 0.9 ? x : x < 0.95 ? 0.9 + 2 * (x - 0.9) : 1;
 }
 
 struct sums {
@@ -244,14 +244,14 @@ static int bin_of(double r)
     return (int)floor(r / 2) + (r >= 0.5) - (r < -0.5);
 }
 
-static void close_bin(const struct model *m, struct sums *s)
+static void close_bin(const struct model *m, struct sums *s, bool has_ramp)
 {
     for (int i = 0; i < m->width * m->height; i++)
         for (int c = 0; c < m->n_cells; c++) {
             double *acc = s->acc + ((size_t)i * MAX_SITES + (size_t)c) * 4;
             double *left = s->left + i * MAX_SITES + c;
             if (acc[3] > 1e-9 && *left > 1e-9) {
-                double w = *left * saturate(acc[3] / *left);
+                double w = *left * saturate(acc[3] / *left, has_ramp);
                 for (int k = 0; k < 3; k++)
                     s->out[4 * i + k] += acc[k] * w / acc[3];
                 s->out[4 * i + 3] += w;
@@ -283,7 +283,7 @@ static void model_run(const struct model *m, double *out)
                     is_used = true;
                 }
         if (is_used)
-            close_bin(m, &s);
+            close_bin(m, &s, bin < -1 || bin > 0);
     }
     for (int y = 0; y < HEIGHT; y++)
         for (int x = 0; x < WIDTH; x++) {
