@@ -376,6 +376,36 @@ static void the_sky_is_no_veil(void)
     frame_free(&a);
 }
 
+/*
+ * A box of a luminous front whose dark top is seen as a sliver, in focus before nothing: the
+ * sliver's pixels are parts by their alpha, no fringes of the front's light. As fringes they
+ * left the sliver's radius behind them, and light in the row above it: 0.05 of 1.2.
+ */
+static void a_sliver_beside_light_is_no_fringe(void)
+{
+    static const float light[] = {0.015f, 0.24f, 1.2f}, alpha[] = {0.2f, 0.94f, 1};
+    struct frame f = frame_make(WIDTH, HEIGHT, 4);
+    enum { TOP = HEIGHT / 2 };
+    for (int y = 0; y < HEIGHT; y++)
+        for (int x = 0; x < WIDTH; x++) {
+            int row = y - TOP > 2 ? 2 : y - TOP;
+            float *c = frame_at(&f, f.colour, x, y);
+            for (int k = 0; k < 3 && row >= 0; k++)
+                c[k] = light[row];
+            c[3] = row < 0 ? 0 : alpha[row];
+            f.depth[y * WIDTH + x] =
+                row < 1 ? INFINITY : plain_depth(row == 1 ? 0.19 : 0.1);
+        }
+    struct rf_params params;
+    plain_params(&params, RF_METHOD_LAYERED);
+    params.max_radius = 3;
+    REQUIRE(frame_filter(&f, &params, 2, NULL) == RF_OK);
+    for (int y = TOP - 3; y < TOP; y++)
+        CHECK((double)*frame_at(&f, f.out, WIDTH / 2, y) < 0.005);
+    CHECK_NEAR((double)*frame_at(&f, f.out, WIDTH / 2, TOP), 0.015, 0.01);
+    frame_free(&f);
+}
+
 int main(int argc, char **argv)
 {
     testing_begin(argc, argv);
@@ -392,5 +422,6 @@ int main(int argc, char **argv)
     TEST(rims_beside_a_denoisers_rest_do_too);
     TEST(veils_and_skies_take_none);
     TEST(the_sky_is_no_veil);
+    TEST(a_sliver_beside_light_is_no_fringe);
     return testing_end();
 }

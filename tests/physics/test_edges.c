@@ -74,9 +74,64 @@ static void edges_near_the_focus_hide_what_is_behind(void)
     CHECK(worst < 0.03);
 }
 
+/* A dark thing in focus with a light rim of one pixel, before an even ground far behind; of
+ * the rim pixel (x, y) only a part shows, and its depth is the ground's. */
+enum { SIZE = 48, LEFT = 16, RIGHT = 31 };
+
+static struct frame rimmed(int x, int y, float share)
+{
+    struct frame f = frame_make(SIZE, SIZE, 3);
+    for (int i = 0; i < SIZE * SIZE; i++) {
+        int px = i % SIZE, py = i / SIZE;
+        bool is_near = px >= LEFT && px <= RIGHT && py >= LEFT;
+        bool is_rim = is_near && (px == LEFT || px == RIGHT || py == LEFT);
+        float light = !is_near ? 0.05f : is_rim ? 0.3f : 0.09f;
+        if (px == x && py == y)
+            light = 0.05f + share * (0.3f - 0.05f);
+        for (int k = 0; k < 3; k++)
+            f.colour[3 * i + k] = light;
+        f.depth[i] = plain_depth(is_near && (px != x || py != y) ? 0.2 : 3);
+    }
+    return f;
+}
+
+/* Blurred as the ground it left a dark dot: 0.08 of 0.25. */
+static void a_rim_keeps_what_the_depth_missed(void)
+{
+    static const float shares[] = {0.6f, 0.8f, 1};
+    struct rf_params params;
+    plain_params(&params, RF_METHOD_LAYERED);
+    for (int i = 0; i < 3; i++) {
+        struct frame f = rimmed(RIGHT, 30, shares[i]);
+        CHECK(frame_filter(&f, &params, 1, NULL) == RF_OK);
+        CHECK_NEAR((double)*frame_at(&f, f.out, RIGHT, 30),
+                   (double)*frame_at(&f, f.colour, RIGHT, 30), 0.02);
+        frame_free(&f);
+    }
+}
+
+/* A pixel that is 96 % of a black thing in focus shows 4 % of the ground; it was black. */
+static void a_dark_edge_keeps_the_light_behind_it(void)
+{
+    struct rf_params params;
+    plain_params(&params, RF_METHOD_LAYERED);
+    struct frame f = frame_make(SIZE, SIZE, 3);
+    for (int i = 0; i < SIZE * SIZE; i++) {
+        int x = i % SIZE;
+        for (int k = 0; k < 3; k++)
+            f.colour[3 * i + k] = x < LEFT ? 0 : x == LEFT ? 0.04f : 1;
+        f.depth[i] = plain_depth(x <= LEFT ? 0.1 : 3);
+    }
+    CHECK(frame_filter(&f, &params, 1, NULL) == RF_OK);
+    CHECK_NEAR((double)*frame_at(&f, f.out, LEFT, SIZE / 2), 0.04, 0.01);
+    frame_free(&f);
+}
+
 int main(int argc, char **argv)
 {
     testing_begin(argc, argv);
     TEST(edges_near_the_focus_hide_what_is_behind);
+    TEST(a_rim_keeps_what_the_depth_missed);
+    TEST(a_dark_edge_keeps_the_light_behind_it);
     return testing_end();
 }
