@@ -65,6 +65,11 @@ RENAMED = (
     "picture, which is black: press F12"
 )
 
+LATE = (
+    "filtering takes longer than the window should wait; the picture is sharp until "
+    "Refocus is pressed"
+)
+
 rendering = running.scenes
 alone = set()  # names of scenes whose filter scene renders by itself: a node's button
 awaited = set()  # names of scenes of which a frame has begun, and was not filtered yet
@@ -252,6 +257,8 @@ class RackFocusEngine(bpy.types.RenderEngine):
             ):  # so nothing is there
                 error = rackfocus.CancelledError("cancelled")
             run["message"] = self._explain(error)
+            if refocusing.is_late():
+                run["message"] = LATE
             self.report({"ERROR"}, f"Rack Focus: {run['message']}")
             if not isinstance(error, rackfocus.CancelledError):
                 failures.say(source, run["message"])
@@ -571,11 +578,11 @@ class RackFocusEngine(bpy.types.RenderEngine):
             self.next_update_s = now + UPDATE_S
             self.update_stats("", self.doing)
             self.update_progress(fraction)
-        return not self.test_break()
+        return not self._is_stopped()
 
     def _is_stopped(self):
-        """Was Esc pressed?"""
-        return self.test_break()
+        """Was Esc pressed, or does the window wait for too long?"""
+        return self.test_break() or refocusing.is_late()
 
     # ---- results ------------------------------------------------------------------
 

@@ -46,6 +46,7 @@ from . import (
     switched,
     taken,
     tap,
+    ticked,
     unblurred,
     unwritten,
     view_cameras,
@@ -107,6 +108,7 @@ def _prepare(scene):
             group.make_ready(node.node_tree, *lens.picture_size(scene.render))
         park.lead_past(scene)
         setup.need_source(scene)
+        ticked.note_render(scene)
         shown = strips.why_shown(scene)
         if shown and len(engine.rendering) == 1:  # else it is a strip of another scene
             failures.note(scene, shown, is_failure=False)
@@ -299,6 +301,7 @@ def on_load(*_):
     finishing.forget()
     strokes.forget()
     lamps.forget()
+    ticked.forget()
     write(_mend)
 
 
@@ -379,6 +382,7 @@ def _follow():
         if is_changed:
             setup.settle(scene)
         refocusing.follow(scene)
+        ticked.follow(scene)
 
 
 # Seconds that the main thread may take until it comes to a task.

@@ -9,6 +9,8 @@ starts the job that the button starts: off the main thread, with progress and Es
 
 import contextlib
 import functools
+import math
+import time
 
 import bpy
 from bpy.props import EnumProperty
@@ -25,6 +27,7 @@ _keys = names.store()  # key of its picture
 _wanted = {}  # the key that a timer waits for
 _stopped = {}  # key at which Esc was pressed
 shown = names.store()  # what a refocus puts in the picture's place
+_ends_s = math.inf  # of the clock, at which the filter stops
 
 
 def key_of(scene):
@@ -64,6 +67,22 @@ def forget(scene=None):
     """There is no picture of a scene, or of any."""
     for kept in (_keys, _wanted, _stopped, shown):
         kept.clear() if scene is None else kept.pop(scene.name, None)
+
+
+@contextlib.contextmanager
+def within(longest_s):
+    """Lets a refocus that the window waits for stop after some seconds."""
+    global _ends_s
+    _ends_s = time.monotonic() + longest_s
+    try:
+        yield
+    finally:
+        _ends_s = math.inf
+
+
+def is_late():
+    """Did those pass?"""
+    return time.monotonic() > _ends_s
 
 
 def is_out_of_date(scene):

@@ -58,6 +58,23 @@ def test_the_node_filters_in_a_job(found):
     assert values["scenes_left"] == ["Scene", "Scene Rack Focus"]
 
 
+def test_the_picture_comes_as_the_box_is_ticked(found):
+    """Also when that is undone; Blender 5.x makes it black. One without depth stays."""
+    values, _ = found
+    is_composited = values["version"] >= "5"
+    difference, mean, message = values["ticked_without_depth"]
+    assert difference == 0 and mean > 0.05
+    assert not is_composited or "without its depth: press F12" in message
+    difference, mean, message = values["ticked_with_depth"]
+    assert (difference > 0.01) == is_composited and mean > 0.05 and not message
+    assert values["redone"] == 0
+
+
+def test_f12_is_heard_while_that_picture_is_made(found):
+    """A job would make Blender ignore it."""
+    assert found[0].get("refocus_then_render", [True, False]) == [True, False]
+
+
 # What docs/blender.md shows: the Blenders, and left, right, top, bottom in px.
 SHOWN = {
     "box": ("35", 30, 1040, 60, 800),

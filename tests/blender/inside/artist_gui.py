@@ -247,6 +247,78 @@ def node():
     FOUND["scenes_left"] = sorted(s.name for s in bpy.data.scenes)
 
 
+def set_box(is_on=True):
+    """Ticks the box; an undo leaves other data."""
+    bpy.context.scene.camera.data.rack_focus.enabled = is_on
+    bpy.ops.ed.undo_push(message="box")
+
+
+def ticked():
+    """Blender 5.x composites again as the box is ticked; what is seen a moment later."""
+    area_of("IMAGE_EDITOR").spaces.active.image = bpy.data.images["Render Result"]
+    for name in ("without_depth", "with_depth"):
+        set_box(False)
+        yield 0.3
+        bpy.context.view_layer.use_pass_z = name == "with_depth"
+        yield from render()
+        plain = result("plain")
+        addon("engine").last_run.clear()
+        set_box()
+        yield from recomposited()
+        shown, scene = result("ticked"), bpy.context.scene
+        FOUND[f"ticked_{name}"] = (
+            float(np.abs(shown - plain).max()),
+            float(shown[..., :3].mean()),
+            addon("engine").last_run.get(scene.name, {}).get("message"),
+        )
+    for step in (bpy.ops.ed.undo, bpy.ops.ed.redo):
+        addon("engine").last_run.clear()
+        with override(area_of("IMAGE_EDITOR")):
+            step()
+        yield from recomposited()
+    FOUND["redone"] = float(np.abs(result("redone") - shown).max())
+    if FOUND["version"] >= "5":
+        yield from press_while_filtered()
+
+
+def recomposited():
+    """Until the picture after a tick is there; there is none to wait for up to 4.5."""
+    if FOUND["version"] >= "5" and bpy.context.scene.camera.data.rack_focus.enabled:
+        yield from until(lambda: addon("engine").last_run, "the picture", 0.1)
+    yield 0.6
+
+
+def press_while_filtered():
+    """F12 on the keyboard while the window waits for the picture of a tick."""
+    engine, begun = addon("engine").RackFocusEngine, []
+    kept = engine._filter
+
+    def press(*args):
+        if not begun:
+            words = "mousemove", *middle, "key", "F12"
+            begun.append(True)
+            for pause_s in hands(*words):
+                time.sleep(pause_s)
+        return kept(*args)
+
+    def begin(scene, *_):
+        if scene == bpy.context.scene:
+            begins.append(bool(scene.rack_focus.muted))
+
+    area, begins = area_of("IMAGE_EDITOR"), []
+    middle = area.x + area.width // 2, 400
+    bpy.app.handlers.render_init.append(begin)
+    set_box(False)
+    yield 0.3
+    engine._filter = press
+    set_box()
+    yield from until(lambda: len(begins) > 1 and is_quiet(), "the render of F12")
+    engine._filter = kept
+    bpy.app.handlers.render_init.remove(begin)
+    FOUND["refocus_then_render"] = begins
+    yield 0.3
+
+
 def steps():
     """The session; yields the seconds to wait."""
     bpy.context.preferences.view.ui_scale = 0.9
@@ -264,6 +336,7 @@ def steps():
     yield from drag_the_focus()
     yield from by_itself()
     yield from finish()
+    yield from ticked()
     yield from node()
 
 
