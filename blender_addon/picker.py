@@ -4,7 +4,7 @@
 import bpy
 from bpy.props import BoolProperty, FloatProperty, StringProperty
 
-from . import camera_objects, engine, focusing, lamps, passes, setup, slots
+from . import camera_objects, engine, focusing, lamps, lens, passes, setup, slots
 from .click import WaitsForClick
 from .operators import scene_of
 
@@ -37,12 +37,29 @@ def depth_at(scene, x, y):
 
 
 def _need_picture(context, scene):
-    """PassesError where the artist sees an earlier render than the one that is known."""
-    image = getattr(context.space_data, "image", None)  # of an Image Editor
+    """PassesError where the artist sees another picture than the one that is known.
+
+    A file of the render's size may be a render that was saved.
+    """
+    space = context.space_data
+    image = getattr(space, "image", None)  # of an Image Editor
+    if space is not None and space.type == "IMAGE_EDITOR" and not _may_be(image, scene):
+        shown = f"“{image.name}”" if image is not None else "no picture"
+        raise passes.PassesError(
+            f"this Image Editor shows {shown}: choose Render Result in its header"
+        )
     is_result = image is None or image == slots.render_result()
     reason = slots.why_not_last(scene) if is_result else ""
     if reason:
         raise passes.PassesError(reason)
+
+
+def _may_be(image, scene):
+    """May an image, or None, show the render of a scene?"""
+    if image is None or image.type in ("RENDER_RESULT", "COMPOSITING"):
+        return image is not None
+    sizes = lens.picture_size(scene.render), passes.rendered(scene).size()
+    return tuple(image.size) in sizes
 
 
 class RACK_FOCUS_OT_pick_focus(WaitsForClick, bpy.types.Operator):

@@ -49,6 +49,14 @@ def test_the_picker_sets_the_depth(found):
     assert values["picked"] == pytest.approx(values["picked_depth"], rel=1e-6)
 
 
+def test_the_picker_needs_the_render(found):
+    """Another image has nothing to do with the depth under the click."""
+    said = found[0]["picked_elsewhere"]
+    assert len(said) == 2, said
+    assert "shows “Texture”: choose Render Result" in said[0]
+    assert "shows no picture: choose Render Result" in said[1]
+
+
 def test_views_as_a_job(found):
     """Four views, refocused; nothing stays behind, after Esc or unticking neither."""
     values, _ = found

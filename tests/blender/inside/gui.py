@@ -177,10 +177,27 @@ def pick():
             x=(column + 0.5) / width, y=1 - (row + 0.5) / height
         )
     yield from wait_for_job()
+    FOUND["picked_elsewhere"] = pick_elsewhere(area)
     FOUND["picked"] = scene.camera.data.dof.focus_distance
     FOUND["picked_depth"] = float(depth[row, column])
     yield 0.4
     yield from screenshot("pick")
+
+
+def pick_elsewhere(area):
+    """What is said where the editor shows a texture, and where it shows nothing."""
+    space, said = area.spaces.active, []
+    shown = space.image
+    for image in (bpy.data.images.new("Texture", 8, 8), None):
+        space.image = image
+        with override(area):
+            try:
+                bpy.ops.rack_focus.pick_focus(x=0.5, y=0.5)
+            except RuntimeError as error:
+                said.append(str(error))
+    space.image = shown
+    bpy.data.images.remove(bpy.data.images["Texture"])
+    return said
 
 
 def several_views():
