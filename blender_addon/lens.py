@@ -107,7 +107,7 @@ def why_not(camera):
     if camera.type != "CAMERA" or camera.data.type not in FILTERED:
         return (
             "Rack Focus needs a perspective or orthographic camera; "
-            f"“{camera.name}” is of another type"
+            f"“{camera.name}” is of another type, and keeps the renderer's own lens"
         )
     if focus_distance(camera) < NO_DISTANCE:
         return driven.why_invalid(camera) or (

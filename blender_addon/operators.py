@@ -219,7 +219,7 @@ class RACK_FOCUS_OT_add_node(bpy.types.Operator):
             return {"FINISHED"}
         tree = compat.compositor_tree(scene)
         if tree is None:
-            self.report({"ERROR"}, "The compositor is switched off")
+            self.report({"ERROR"}, f"Not added: {setup.NO_COMPOSITOR}")
             return {"CANCELLED"}
         layer = context.view_layer.name
         if layer not in scene.view_layers:

@@ -39,6 +39,7 @@ NO_RENDERER = (
     "the engine “Rack Focus” renders nothing by itself: choose Cycles or EEVEE under "
     "Render > Render Engine, and tick Rack Focus in the camera's Depth of Field"
 )
+NO_COMPOSITOR = "the compositor is switched off (switch it on, or untick Rack Focus and tick it again)"
 RECORD_VERSION = 2  # 1: nodes of a new tree might look at another scene; see heal()
 
 # ---- who belongs to whom ----------------------------------------------------------
@@ -753,7 +754,7 @@ def why_not(scene):
     if scene.render.engine == ENGINE:
         return NO_RENDERER
     if not scene.render.use_compositing:
-        return "Post Processing > Compositing is off"
+        return "Output > Post Processing > Compositing is off (switch it on)"
     if scene.render.use_single_layer:  # Blender then renders no scene of a node
         return (
             "View Layer > Render Single Layer is on: switch it off, and Use for "
@@ -761,7 +762,7 @@ def why_not(scene):
         )
     tree, ours = compat.compositor_tree(scene), filter_scene_of(scene)
     if tree is None:
-        return "the compositor is switched off"
+        return NO_COMPOSITOR
     if compat.is_linked(tree):
         return (
             f"the compositor's group “{tree.name}” is linked from another file: click the "
@@ -775,7 +776,10 @@ def why_not(scene):
     trees = with_groups(tree)
     nodes = [n for one in trees for n in layer_nodes(one, ours)]
     if all(node.mute for node in nodes):
-        return "the compositor has no active Rack Focus node"
+        return (
+            "the compositor has no active Rack Focus node (unmute it, or untick Rack "
+            "Focus and tick it again)"
+        )
     unknown = [name for one in trees for name in compat.unknown_nodes(one)]
     if unknown and compat.UNKNOWN_NODES_STOP:
         return (

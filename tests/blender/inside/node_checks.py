@@ -420,3 +420,27 @@ def our_engine_chosen_for_a_scene():
         bpy.data.scenes.remove(bpy.data.scenes[name])
     addon("setup").remove_orphans()  # Blender keeps the last one
     assert len(bpy.data.scenes) == 1
+
+
+@check
+def what_is_said_of_the_compositor_helps():
+    """Where it is off, or our node muted or deleted, ticking again filters."""
+    scene, data = start()
+    wanted = rgba(render(scene, OUT / "off0.exr"))
+    for what in ("off", "muted", "deleted"):
+        tree, node = common.tree_of(scene), None
+        if what == "off" and hasattr(scene, "compositing_node_group"):
+            scene.compositing_node_group = None
+        elif what == "off":
+            scene.use_nodes = False
+        else:
+            node = our_node(tree, scene)
+            node.mute = True
+        if what == "deleted":
+            tree.nodes.remove(node)
+        with heard() as said:
+            render(scene, OUT / "off1.exr")
+        assert "untick Rack Focus and tick it again" in said.getvalue(), said.getvalue()
+        data.rack_focus.enabled = False
+        data.rack_focus.enabled = True
+        same(rgba(render(scene, OUT / "off2.exr")), wanted)
