@@ -276,8 +276,7 @@ def _draw_again():
 def _end(scene):
     source = scene.rack_focus.source
     if source is None:
-        setup.unmute_sources(scene)
-        unwritten.end(scene)
+        unwritten.unmute(scene)
     elif source.name in engine.alone:
         engine.alone.discard(source.name)
         if not bpy.app.background:
@@ -316,8 +315,7 @@ def _mend():
     camera_objects.show_dof()
     park.remove_notice()
     for scene in setup.user_scenes():
-        setup.unmute_sources(scene)
-        unwritten.end(scene)
+        unwritten.unmute(scene)
         setup.heal(scene)
         # A tick of a linked camera, by a script, is not in the file.
         is_known = not any(getattr(o, "is_missing", False) for o in bpy.data.libraries)
@@ -376,6 +374,8 @@ def _follow():
     views.clean_up()
     group.separate(setup.user_scenes())
     for scene in setup.user_scenes():
+        if unwritten.is_left_muted(scene):
+            unwritten.unmute(scene)
         is_changed = setup.refresh(scene)
         park.restore(scene)
         setup.sync(scene)

@@ -61,7 +61,7 @@ def refocus(scene, call, own_samples=0):
         raise passes.PassesError(reason)
     if own_samples:
         views.begin(scene, own_samples, is_refocus=True)
-    setup.mute_sources(scene)
+    unwritten.mute(scene)
     for node in group.nodes_of(scene):  # redone, they have lost their images
         group.make_ready(node.node_tree, *lens.picture_size(scene.render))
     setup.sync(scene)
@@ -74,8 +74,7 @@ def refocus(scene, call, own_samples=0):
         return done
     finally:
         if not is_job:  # else the end of the job does it
-            setup.unmute_sources(scene)
-            unwritten.end(scene)
+            unwritten.unmute(scene)
             views.end(scene)
 
 

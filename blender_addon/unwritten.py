@@ -7,10 +7,30 @@ is in focus, or the CoC, in the picture's place. They are muted meanwhile, and m
 that a file that is saved then is put right when it opens.
 """
 
-from . import camera_objects, refocusing, setup, taken
+from . import camera_objects, names, refocusing, setup, taken
 
 MARK = "rack_focus_unwritten"  # of nodes that begin() muted
 SAID = "File Output nodes write nothing"
+
+_refocused = names.store()  # scenes whose own nodes are muted for a refocus
+
+
+def mute(scene):
+    """A refocus begins: the scene's own nodes are muted."""
+    _refocused[scene.name] = True
+    setup.mute_sources(scene)
+
+
+def unmute(scene):
+    """A refocus is over: all nodes are as the artist has them."""
+    _refocused.pop(scene.name, None)
+    setup.unmute_sources(scene)
+    end(scene)
+
+
+def is_left_muted(scene):
+    """Did an undo bring back a moment of a refocus, which is over? F12 would be one."""
+    return bool(scene.rack_focus.muted) and scene.name not in _refocused
 
 
 def begin(scene):

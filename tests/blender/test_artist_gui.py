@@ -75,6 +75,14 @@ def test_f12_is_heard_while_that_picture_is_made(found):
     assert found[0].get("refocus_then_render", [True, False]) == [True, False]
 
 
+def test_undo_leaves_no_refocus(found):
+    """Back to a change made while one ran: F12 would not render the scene."""
+    values, _ = found
+    assert values["muted_meanwhile"]
+    assert abs(values["undone_focus"] - 2.2) < 1e-5
+    assert values["undone_muted"] == [[], ""]
+
+
 # What docs/blender.md shows: the Blenders, and left, right, top, bottom in px.
 SHOWN = {
     "box": ("35", 30, 1040, 60, 800),

@@ -5,6 +5,7 @@ See stepping.py.
 """
 
 import sys
+import threading
 import time
 from pathlib import Path
 
@@ -319,6 +320,36 @@ def press_while_filtered():
     yield 0.3
 
 
+def undo_of_a_refocus():
+    """A change while a refocus runs, and back to it once that is over."""
+    engine, held = addon("engine").RackFocusEngine, threading.Event()
+    kept = engine._filter
+
+    def hold(*args):
+        held.wait(60)
+        return kept(*args)
+
+    engine._filter = hold
+    bpy.ops.rack_focus.refocus("INVOKE_DEFAULT")
+    yield 0.3
+    FOUND["muted_meanwhile"] = bool(bpy.context.scene.rack_focus.muted)
+    dof = bpy.context.scene.camera.data.dof
+    for focus in (2.2, 2.5):
+        dof.focus_distance = focus
+        bpy.ops.ed.undo_push(message="focus")
+        held.set()
+        yield from until(is_quiet, "the end of the refocus")
+        yield 0.5
+    engine._filter = kept
+    with override(area_of("IMAGE_EDITOR")):
+        bpy.ops.ed.undo()
+    yield 0.6
+    scene = bpy.context.scene
+    FOUND["undone_focus"] = scene.camera.data.dof.focus_distance
+    nodes = [node.name for node in common.tree_of(scene).nodes if node.mute]
+    FOUND["undone_muted"] = nodes, scene.rack_focus.muted
+
+
 def steps():
     """The session; yields the seconds to wait."""
     bpy.context.preferences.view.ui_scale = 0.9
@@ -337,6 +368,7 @@ def steps():
     yield from by_itself()
     yield from finish()
     yield from ticked()
+    yield from undo_of_a_refocus()
     yield from node()
 
 
