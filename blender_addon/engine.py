@@ -256,11 +256,11 @@ class RackFocusEngine(bpy.types.RenderEngine):
                 isinstance(error, EXPECTED) and self._is_stopped()
             ):  # so nothing is there
                 error = rackfocus.CancelledError("cancelled")
-            run["message"] = self._explain(error)
-            if refocusing.is_late():
-                run["message"] = LATE
+            is_stopped = isinstance(error, rackfocus.CancelledError)
+            is_late = is_stopped and refocusing.is_late()
+            run["message"] = LATE if is_late else self._explain(error)
             self.report({"ERROR"}, f"Rack Focus: {run['message']}")
-            if not isinstance(error, rackfocus.CancelledError):
+            if not is_stopped:
                 failures.say(source, run["message"])
 
     @staticmethod

@@ -39,7 +39,8 @@ NO_RENDERER = (
     "the engine “Rack Focus” renders nothing by itself: choose Cycles or EEVEE under "
     "Render > Render Engine, and tick Rack Focus in the camera's Depth of Field"
 )
-NO_COMPOSITOR = "the compositor is switched off (switch it on, or untick Rack Focus and tick it again)"
+TICK_AGAIN = "untick Rack Focus and tick it again"
+NO_COMPOSITOR = f"the compositor is switched off (switch it on, or {TICK_AGAIN})"
 RECORD_VERSION = 2  # 1: nodes of a new tree might look at another scene; see heal()
 
 # ---- who belongs to whom ----------------------------------------------------------
@@ -777,8 +778,7 @@ def why_not(scene):
     nodes = [n for one in trees for n in layer_nodes(one, ours)]
     if all(node.mute for node in nodes):
         return (
-            "the compositor has no active Rack Focus node (unmute it, or untick Rack "
-            "Focus and tick it again)"
+            f"the compositor has no active Rack Focus node (unmute it, or {TICK_AGAIN})"
         )
     unknown = [name for one in trees for name in compat.unknown_nodes(one)]
     if unknown and compat.UNKNOWN_NODES_STOP:
