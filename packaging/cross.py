@@ -157,9 +157,6 @@ def soon_compiled(platform):
         path,
         """[properties]
 library_c_args = ['-O0']
-
-[freetype2:built-in options]
-c_args = ['-O0']
 """,
     )
     return [*options, "--cross-file", path]

@@ -62,6 +62,17 @@ def fetch(folder):
     subprocess.run([*apt, "source", *PACKAGES], check=True, cwd=folder)
 
 
+def take_arguments(path):
+    """Has FreeType's own meson.build take the arguments that ours take."""
+    taken = (
+        "\nadd_project_arguments(\n"
+        "  meson.get_external_property('library_c_args', []), language: 'c')\n"
+    )
+    head, rest = path.read_text().split("\n)\n", 1)  # the end of project()
+    if not rest.startswith(taken):
+        path.write_text(f"{head}\n)\n{taken}{rest}")
+
+
 def main():
     """Lays out what is not there, and our files beside it."""
     if not all((SUBPROJECTS / name / "done").exists() for name in OWN):
@@ -80,6 +91,7 @@ def main():
             own, there = (HERE / ours).read_bytes(), SUBPROJECTS / name / path
             if not there.exists() or there.read_bytes() != own:
                 there.write_bytes(own)
+    take_arguments(SUBPROJECTS / "freetype2" / "meson.build")
 
 
 main()
