@@ -235,8 +235,8 @@ def blender(request):
 def only_in(*versions):
     """Runs the tests of a module in some of the Blenders: what is ours and slow.
 
-    Blender's lens is one code from 3.4 to 5.2, 4.2 and 5.0 stand for 4.5, and 5.0 for 4.2
-    where views and denoisers are concerned.
+    Where the add-on asks for a version (compat.py), 4.2 and 4.5 go the way of 3.4 or that
+    of 5.0: they have test_addon.py, which is whole, and test_versions.py.
     """
     return pytest.mark.parametrize("blender", versions, indirect=True, scope="session")
 
