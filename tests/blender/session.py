@@ -2,26 +2,32 @@
 """A Blender with a window under Xvfb, for which someone presses keys and looks."""
 
 import json
+import os
 import shlex
 
 import OpenImageIO as oiio
 from conftest import INSIDE, call
 
-# The script inside asks with files: for what xdotool should do, and for screenshots.
+# The script inside asks by a line in a pipe: for what xdotool should do, and for
+# screenshots. It is answered when the file of that name is gone.
 # Where a window goes while import looks, import may write no picture and exit with 0:
 # a screenshot counts when its file ends as a PNG does.
 SERVED = """
-(while sleep 0.02; do
-    [ -e {out}/hands ] && xdotool $(cat {out}/hands) && rm {out}/hands
-    for shot in {out}/*.shot; do
-        [ -e $shot ] && import -window root -quality 10 png:{out}/part &&
-            tail -c 12 {out}/part | grep -aq IEND &&
-            mv {out}/part ${{shot%.shot}}.png && rm $shot # else again
-    done
+exec 3<>{out}/asked
+(while read -r name <&3; do
+    case $name in
+    hands) until xdotool $(cat {out}/hands); do sleep 0.02; done ;;
+    *)
+        until import -window root -quality 10 png:{out}/part &&
+            tail -c 12 {out}/part | grep -aq IEND; do sleep 0.02; done
+        mv {out}/part {out}/${{name%.shot}}.png
+        ;;
+    esac
+    rm {out}/$name
 done) &
 served=$!
 trap 'kill $served' EXIT
-{blender}
+{blender} 3<&-
 """
 
 
@@ -33,6 +39,8 @@ def run(blender, script, dist, out, size):
     out.mkdir(exist_ok=True)
     found = out / "found.json"
     found.unlink(missing_ok=True)
+    (out / "asked").unlink(missing_ok=True)
+    os.mkfifo(out / "asked")
     arguments = map(str, ("-P", INSIDE / script, "--", dist, out))
     geometry = ("-p", "0", "0", *map(str, size))
     command = blender.command("--factory-startup", *geometry, *arguments)

@@ -56,19 +56,24 @@ def until(test, what, pause_s=0.05):
     print(f"{what}: came after {time.monotonic() - begun:.1f} s", flush=True)
 
 
+def ask(path, what, pause_s):
+    """Has the test see to a file, which then is gone."""
+    with (OUT / "asked").open("w") as pipe:
+        print(path.name, file=pipe)
+    yield from until(lambda: not path.exists(), what, pause_s)
+
+
 def screenshot(name):
     """The window as a file: the test takes it, since 5.x returns black here."""
     asked = OUT / f"{name}.shot"
     asked.touch()
-    yield from until(lambda: not asked.exists(), f"the screenshot {name}", 0.02)
+    yield from ask(asked, f"the screenshot {name}", 0.02)
 
 
 def hands(*words):
     """The test's xdotool does this, on the real mouse and keyboard."""
-    asked = OUT / "hands"
-    (OUT / "part_of_hands").write_text(" ".join(map(str, words)))
-    (OUT / "part_of_hands").rename(asked)
-    yield from until(lambda: not asked.exists(), f"xdotool {words}", 0.005)
+    (OUT / "hands").write_text(" ".join(map(str, words)))
+    yield from ask(OUT / "hands", f"xdotool {words}", 0.005)
 
 
 def on_display(region, x, y):
