@@ -24,6 +24,15 @@ for y in range(8):
 rackfocus.apply(colour, depth, colour, method="scatter", focus_distance=3)
 print(rackfocus.__version__, len(rackfocus.parameters()))
 """
+# What the wheel holds is asked for, not how fast it is.
+QUICKLY = """[built-in options]
+optimization = '0'
+unity = 'subprojects'
+unity_size = 100
+
+[project options]
+level = 'generic'
+"""
 
 
 @pytest.fixture(scope="module")
@@ -34,8 +43,9 @@ def python(tmp_path_factory, request):
     subprocess.run([sys.executable, "-m", "venv", folder / "venv"], check=True)
     python = folder / "venv/bin/python"
     install = [python, "-m", "pip", "install", "-q", "--disable-pip-version-check"]
-    # What the wheel holds is asked for, not how fast it is.
-    quickly = "--config-settings=setup-args=-Doptimization=0"
+    # In a file: an older pip passes on one of several settings of the same name.
+    (folder / "quickly.ini").write_text(QUICKLY)
+    quickly = f"--config-settings=setup-args=--native-file={folder / 'quickly.ini'}"
     subprocess.run([*install, quickly, root], check=True)
     return python
 
