@@ -63,7 +63,7 @@ def test_views_as_a_job(found):
     assert values["views"] == 4 and not values["views_message"]
     assert values["views_change"] > 0.1
     assert values["views_leave_nothing"] and values["views_after_escape"]
-    assert values["views_after_unticking"]
+    assert values["is_unticked_meanwhile"] and values["views_after_unticking"]
     assert values["escape_message"] in ("", "stopped; the picture is not filtered")
 
 
