@@ -75,16 +75,21 @@ class Window:
             env={**display.environment(), "XDG_STATE_HOME": str(self.folder / "state")},
             cwd=self.folder,
         )
+        self.known, self.n_bytes = [], 0  # what of the trace was read
         self.n_read = 0  # events that were waited for
         self.x = self.y = 0  # where the window lies on the display
 
     # ---- what it says ----------------------------------------------------------------
 
     def events(self):
-        if not self.trace.exists():
-            return []
-        lines = self.trace.read_text().splitlines(keepends=True)
-        return [json.loads(line) for line in lines if line.endswith("\n")]
+        if self.trace.exists():
+            with self.trace.open("rb") as trace:
+                trace.seek(self.n_bytes)
+                for line in trace:
+                    if line.endswith(b"\n"):  # else it is being written
+                        self.known.append(json.loads(line))
+                        self.n_bytes += len(line)
+        return list(self.known)
 
     def printed(self):
         self.out.flush()
