@@ -30,7 +30,7 @@ def at_size(reference, size, path):
     "scene, options, size, bar_db, gain_db",
     [
         ("camera/focalblur", [], (640, 480), 41, 9),
-        ("lights/shadows", SHADOWS, (400, 300), 0, 9),
+        ("lights/shadows", SHADOWS, (200, 150), 0, 9),
         ("advanced/chess2", [], (240, 180), 0, 9),
     ],
 )
