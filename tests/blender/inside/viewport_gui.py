@@ -304,6 +304,8 @@ def modes(scene, space):
     settings().percentage = 50
     scene.cycles.preview_samples = 8
     scene.eevee.taa_samples = 3  # each is drawn by the processor
+    if hasattr(scene.eevee, "use_shadows"):  # since 4.2, where nothing throws one
+        scene.eevee.use_shadows = False
     for name, kind, engine in (
         ("material", "MATERIAL", eevee),
         ("rendered", "RENDERED", eevee),
