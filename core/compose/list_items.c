@@ -187,6 +187,25 @@ static inline void put_item(struct rf_tile_items *s, uint64_t item, int key)
     s->at[s->n++] = item;
 }
 
+/*
+ * The key of a mixed pixel's sample of radius r, whose near part has `near`: what lies
+ * behind it is not added up with it but goes to the next bin, for a tile would see it
+ * through the near surface's pixels beside. Not before the focus: footprints of the next
+ * bin reach less far, and there it gains 0. Worth 1.4 and 2.4 dB on a stranger's cube,
+ * 0.1 on three of 14 scenes; with 0.1 px the same.
+ */
+static const float BEHIND_PX = 0.3f;
+
+static int key_behind(const struct rf_lister *lister, const struct rf_group *full,
+                      float r, float near)
+{
+    int key = rf_key_of(lister, r);
+    bool is_shared = near + lister->c->scene->radius_shift >= 0 &&
+                     r > near + BEHIND_PX && rf_is_full_key(full, key + 1) &&
+                     key == rf_key_of(lister, near);
+    return key + is_shared;
+}
+
 /* The samples of a pixel that emits others than its surface. */
 static void emit_pixel(const struct rf_lister *lister, const struct rf_group *full,
                        int x, int y, struct rf_tile_items *s)
@@ -194,11 +213,12 @@ static void emit_pixel(const struct rf_lister *lister, const struct rf_group *fu
     const int slant = s->has_slants ? s->slants[RF_TILE_W * y + x] : 0;
     const struct rf_source *source = lister->source;
     struct rf_sample *at = s->samples + s->n_samples;
+    const float near = rf_tile_surface(&s->surfaces, x, y)->r;
     int n = source->emit(source->user, s->surfaces.x + x, s->surfaces.y + y, at);
     for (int i = 0; i < n; i++, at++) {
-        int key = rf_key_of(lister, at->r), other;
+        int key = key_behind(lister, full, at->r, near), other;
         int32_t slot = 0;
-        at->slant = at->r == rf_tile_surface(&s->surfaces, x, y)->r ? slant : 0;
+        at->slant = at->r == near ? slant : 0;
         if (rf_is_full_key(full, key)) {
             struct rf_splat *splat = &s->others[s->n_others];
             *splat = rf_full_splat(lister->c, s->zone, at);

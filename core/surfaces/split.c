@@ -66,9 +66,11 @@
  * Ours. Behind each: tPSNR in dB of scenes of tests/quality with half of it and with
  * twice (docs/notebook/thresholds.md); "0" where no scene changes by 0.02.
  */
-/* Smallest jump of the radius at an edge: rough depth has smaller ones. Foliage -0.01 for
- * 0.1, macro whose depth is off by 0.1 % + 0.7; 0. */
-static const float EDGE_GAP_PX = 0.6f;
+/* Smallest jump of the radius at an edge, of one view and of several: rough depth has
+ * smaller ones. Two cubes of bright colours -2.0 for 0.6 and +0.1 for 0.4, natof's cube -0.9
+ * for 0.2; macro whose depth is off by 0.3 % -0.16 against 0.6, -0.41 for 0.4. Of several
+ * views portrait -0.03 for 0.4. */
+static const float EDGE_GAP_PX = 0.5f, VIEWS_EDGE_GAP_PX = 0.6f;
 /* Of the range of radii, off a plane. 0; macro -0.52, ortho -0.13, posts +0.11. */
 static const float PLANE_TOLERANCE = 0.3f;
 static const float ALIKE = 0.02f; /* colours closer stay whole. 0; posts +0.04 */
@@ -400,11 +402,11 @@ static void find_candidates(const struct rf_pixels *p, int y, const struct scrat
                          s->brightest);
     rf_plane_rows(p, p->radius, y, 1, rows);
     s->kernels->extremes(rows, 3, 1, p->width, s->columns, s->nearest, s->farthest);
+    const float gap = s->is_alone ? EDGE_GAP_PX : VIEWS_EDGE_GAP_PX;
     const struct rf_around around = {rf_plane_row(p, p->luminance, y), s->darkest,
                                      s->brightest, s->nearest, s->farthest};
-    s->kernels->find_mixed(&around, RF_HIGHLIGHT_RATIO, RF_HIGHLIGHT_OVER_FRINGE,
-                           EDGE_GAP_PX, p->width, MAY_BE_FRINGE, MAY_BE_EDGE,
-                           s->candidates);
+    s->kernels->find_mixed(&around, RF_HIGHLIGHT_RATIO, RF_HIGHLIGHT_OVER_FRINGE, gap,
+                           p->width, MAY_BE_FRINGE, MAY_BE_EDGE, s->candidates);
     if (y > 0 && y < p->height - 1) {
         int first = s->candidates[0], last = s->candidates[p->width - 1];
         s->kernels->keep_edges(rows, s->nearest, s->farthest, PLANE_TOLERANCE, p->width,
@@ -412,8 +414,8 @@ static void find_candidates(const struct rf_pixels *p, int y, const struct scrat
         s->candidates[0] = (unsigned char)first;
         s->candidates[p->width - 1] = (unsigned char)last;
     }
-    s->kernels->find_gaps(rows, EDGE_GAP_PX, p->width, MAY_BE_EDGE, s->candidates,
-                          s->gap, s->threshold);
+    s->kernels->find_gaps(rows, gap, p->width, MAY_BE_EDGE, s->candidates, s->gap,
+                          s->threshold);
 }
 
 /* Splits a pixel that may be mixed; false: it is pure. */

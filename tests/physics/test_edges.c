@@ -74,6 +74,21 @@ static void edges_near_the_focus_hide_what_is_behind(void)
     CHECK(worst < 0.03);
 }
 
+/* Of a pixel's two parts the far one is not seen through the pixels beside it: the worst was
+ * 0.052 where both were added up, 0.048 where steps of less than 0.6 px were no edges. */
+static void parts_behind_the_focus_hide_each_other(void)
+{
+    static const double near[] = {0.3, 0.55, 0.6, 0.8, 1};
+    static const double behind[] = {0.55, 0.8, 1, 1.2};
+    double worst = 0;
+    for (size_t i = 0; i < sizeof near / sizeof *near; i++)
+        for (size_t k = 0; k < sizeof behind / sizeof *behind; k++)
+            for (int mixed = HALF_NEAR; mixed <= HALF_FAR; mixed++)
+                worst = fmax(worst, error_of(near[i], near[i] + behind[k], mixed));
+    printf("# worst: %.4f\n", worst);
+    CHECK(worst < 0.03);
+}
+
 /* A dark thing in focus with a light rim of one pixel, before an even ground far behind; of
  * the rim pixel (x, y) only a part shows, and its depth is the ground's. */
 enum { SIZE = 48, LEFT = 16, RIGHT = 31 };
@@ -131,6 +146,7 @@ int main(int argc, char **argv)
 {
     testing_begin(argc, argv);
     TEST(edges_near_the_focus_hide_what_is_behind);
+    TEST(parts_behind_the_focus_hide_each_other);
     TEST(a_rim_keeps_what_the_depth_missed);
     TEST(a_dark_edge_keeps_the_light_behind_it);
     return testing_end();
