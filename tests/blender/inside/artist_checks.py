@@ -470,7 +470,7 @@ def progress_is_drawn_now_and_then():
         next_update_s=engine.UPDATE_S,
         update_stats=lambda *_: None,
         update_progress=drawn.append,
-        test_break=lambda: asked.append(1),
+        _is_stopped=lambda: asked.append(1),
     )
     steps = range(1, 1001)  # a millisecond each
     kept, now = engine.time, iter([step / 1000 for step in steps])
@@ -481,6 +481,21 @@ def progress_is_drawn_now_and_then():
     finally:
         engine.time = kept
     assert drawn == [0.5, 1.0] and len(asked) == 1000, (drawn, len(asked))
+
+
+@check
+def a_refocus_that_is_late_shows_the_sharp_picture():
+    """A window waits for it, as the box is ticked: not for longer than is allowed."""
+    scene, _ = start()
+    blurred = rgba(render(scene, OUT / "a.exr"))
+    engine, refocusing = addon("engine"), addon("refocusing")
+    with refocusing.within(0):
+        bpy.ops.rack_focus.refocus()
+    assert engine.last_run[scene.name]["message"] == engine.LATE
+    assert np.abs(result(scene) - blurred).max() > 0.1
+    bpy.ops.rack_focus.refocus()
+    assert not engine.last_run[scene.name]["message"]
+    same(result(scene), blurred)
 
 
 @check
