@@ -306,7 +306,7 @@ static bool split_rim(const struct scratch *s, const struct rf_surface *c,
         const struct rf_split_position at = rf_split_position_of(c, q, &m->b);
         float a = at.norm > 0 ? rf_split_share_of(at.dot / at.norm) : 0;
         float residual = residual_of(c, q, &m->b, a, p->unit);
-        if (residual < least) {
+        if (a > 0 && residual < least) {
             least = residual;
             rim = q;
             *share = a;
