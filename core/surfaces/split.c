@@ -66,11 +66,11 @@
  * Ours. Behind each: tPSNR in dB of scenes of tests/quality with half of it and with
  * twice (docs/notebook/thresholds.md); "0" where no scene changes by 0.02.
  */
-/* Smallest jump of the radius at an edge, of one view and of several: rough depth has
- * smaller ones. Two cubes of bright colours -2.0 for 0.6 and +0.1 for 0.4, natof's cube -0.9
- * for 0.2; macro whose depth is off by 0.3 % -0.16 against 0.6, -0.41 for 0.4. Of several
- * views portrait -0.03 for 0.4. */
-static const float EDGE_GAP_PX = 0.5f, VIEWS_EDGE_GAP_PX = 0.6f;
+/* Smallest jump of the radius at an edge: rough depth has smaller ones. Foliage -0.01 for
+ * 0.1, macro whose depth is off by 0.1 % + 0.7; 0. Of one view and beside what is brighter
+ * than white, where less is seen: two cubes of bright colours +2.2, of all edges focalblur.pov
+ * -0.08, macro whose depth is off by 0.3 % -0.41. */
+static const float EDGE_GAP_PX = 0.6f, BRIGHT_EDGE_GAP_PX = 0.4f;
 /* Of the range of radii, off a plane. 0; macro -0.52, ortho -0.13, posts +0.11. */
 static const float PLANE_TOLERANCE = 0.3f;
 static const float ALIKE = 0.02f; /* colours closer stay whole. 0; posts +0.04 */
@@ -342,6 +342,8 @@ static bool split_edge(const struct scratch *s, const struct rf_pixels *p, int x
 {
     struct rf_meeting m;
     const bool has_lamp = s->brightest[x] > LAMP;
+    if (e->gap < EDGE_GAP_PX && s->brightest[x] <= WHITE)
+        return false;
     if (!rf_split_find_sides(s->splitter, x, y, e, has_lamp, &m))
         return false;
     const struct rf_surface *c = rf_split_pixel(p, x, y), *f = &m.f, *b = &m.b;
@@ -402,7 +404,7 @@ static void find_candidates(const struct rf_pixels *p, int y, const struct scrat
                          s->brightest);
     rf_plane_rows(p, p->radius, y, 1, rows);
     s->kernels->extremes(rows, 3, 1, p->width, s->columns, s->nearest, s->farthest);
-    const float gap = s->is_alone ? EDGE_GAP_PX : VIEWS_EDGE_GAP_PX;
+    const float gap = s->is_alone ? BRIGHT_EDGE_GAP_PX : EDGE_GAP_PX;
     const struct rf_around around = {rf_plane_row(p, p->luminance, y), s->darkest,
                                      s->brightest, s->nearest, s->farthest};
     s->kernels->find_mixed(&around, RF_HIGHLIGHT_RATIO, RF_HIGHLIGHT_OVER_FRINGE, gap,
