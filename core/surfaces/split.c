@@ -20,11 +20,11 @@
  * of a wire (worth 0.1 to 0.4 dB on wires, hair and meshes). It also gives a thing near
  * the focus back what the depth sample missed of its rim, where the rim is brighter than
  * the rest of it and the ground behind is even: f is then a pixel of the rim beside it
- * (worth 2 to 5 dB on a stranger's chair before a grey sky; tests/quality 0). And where the surface that
- * the depth says is textured along e, the colour cannot tell texture from mixture: of a
- * lone view the pixel stays whole, or the dark squares of a chessboard would become teeth
- * of a dark thing before it (worth up to 0.2 dB on six scenes, 0.8 on posts before a
- * chessboard; several views of portrait would lose 0.5).
+ * (worth 2 to 5 dB on a stranger's chair before a grey sky; tests/quality 0). And where
+ * the surface that the depth says is textured along e, the colour cannot tell texture from
+ * mixture: of a lone view the pixel stays whole, or the dark squares of a chessboard would
+ * become teeth of a dark thing before it (worth up to 0.2 dB on six scenes, 0.8 on posts
+ * before a chessboard; several views of portrait would lose 0.5).
  * Two cases:
  *
  *   fringe   a small bright thing bleeds into a pixel whose depth sample missed it;
@@ -67,9 +67,9 @@
  * twice (docs/notebook/thresholds.md); "0" where no scene changes by 0.02.
  */
 /* Smallest jump of the radius at an edge: rough depth has smaller ones. Foliage -0.01 for
- * 0.1, macro whose depth is off by 0.1 % + 0.7; 0. Of one view and beside what is brighter
- * than white, where less is seen: two cubes of bright colours +2.2, of all edges focalblur.pov
- * -0.08, macro whose depth is off by 0.3 % -0.41. */
+ * 0.1, macro whose depth is off by 0.1 % + 0.7; 0. Of one view beside what is brighter than
+ * white, whose light is seen farther, 0.4: two cubes of bright colours +2.2; everywhere
+ * focalblur.pov -0.08, macro whose depth is off by 0.3 % -0.41. */
 static const float EDGE_GAP_PX = 0.6f, BRIGHT_EDGE_GAP_PX = 0.4f;
 /* Of the range of radii, off a plane. 0; macro -0.52, ortho -0.13, posts +0.11. */
 static const float PLANE_TOLERANCE = 0.3f;
