@@ -247,11 +247,14 @@ static int skip_name(const struct tokens *tokens, int i, bool with_block)
     }
 }
 
-/* Token after the directives at i. */
+static int skip_directive(const struct tokens *tokens, int i, bool goes_beyond);
+
+/* Token after the directives at i. Their own values end before the next directive: did
+ * each look beyond its own, n of them without semicolons would take 2^n steps. */
 static int skip_directives(const struct tokens *tokens, int i)
 {
     while (i < tokens->n && tokens->items[i].kind == TOKEN_DIRECTIVE)
-        i = token_skip_directive(tokens, i);
+        i = skip_directive(tokens, i, false);
     return i;
 }
 
@@ -277,7 +280,9 @@ static int skip_operand(const struct tokens *tokens, int i, bool with_block)
     return i;
 }
 
-static int skip_terms(const struct tokens *tokens, int i, bool with_block)
+/* GOES_BEYOND: directives that follow may hold more of the expression. */
+static int skip_terms(const struct tokens *tokens, int i, bool with_block,
+                      bool goes_beyond)
 {
     for (;;) {
         int after = skip_operand(tokens, i, with_block);
@@ -285,7 +290,7 @@ static int skip_terms(const struct tokens *tokens, int i, bool with_block)
             return i;
         i = after;
         /* "A #if (B) + C #end": the expression goes on within the directive. */
-        int beyond = skip_directives(tokens, i);
+        int beyond = goes_beyond ? skip_directives(tokens, i) : i;
         if (token_is_binary(tokens, beyond))
             i = beyond + 1;
         else
@@ -295,22 +300,22 @@ static int skip_terms(const struct tokens *tokens, int i, bool with_block)
 
 int token_skip_expression(const struct tokens *tokens, int i)
 {
-    return skip_terms(tokens, i, false);
+    return skip_terms(tokens, i, false, true);
 }
 
 /* Value of a #declare or #local: an expression or an item with its block. */
-static int skip_value(const struct tokens *tokens, int i)
+static int skip_value(const struct tokens *tokens, int i, bool goes_beyond)
 {
     i = skip_name(tokens, i, false);
     if (!token_is_sign(tokens, i, '='))
         return i;
-    i = skip_terms(tokens, i + 1, true);
+    i = skip_terms(tokens, i + 1, true, goes_beyond);
     if (token_is_sign(tokens, i, '{'))
         i = token_skip_group(tokens, i); /* array[2] {1, 2} */
     return token_is_sign(tokens, i, ';') ? i + 1 : i;
 }
 
-int token_skip_directive(const struct tokens *tokens, int i)
+static int skip_directive(const struct tokens *tokens, int i, bool goes_beyond)
 {
     static const char *const with_condition[] = {"if",    "ifdef", "ifndef", "elseif",
                                                  "while", "for",   "switch", "case",
@@ -323,14 +328,19 @@ int token_skip_directive(const struct tokens *tokens, int i)
         return token_is_sign(tokens, next, '(') ? token_skip_group(tokens, next) : next;
     if (token_is_directive(tokens, i, "declare") ||
         token_is_directive(tokens, i, "local"))
-        return skip_value(tokens, next);
+        return skip_value(tokens, next, goes_beyond);
     if (token_is_directive(tokens, i, "macro"))
         return skip_name(tokens, next, false);
     if (token_is_directive(tokens, i, "default"))
         return token_is_sign(tokens, next, '{') ? token_skip_group(tokens, next) : next;
     if (is_any_directive(tokens, i, with_expression)) {
-        next = skip_terms(tokens, next, false);
+        next = skip_terms(tokens, next, false, goes_beyond);
         return token_is_sign(tokens, next, ';') ? next + 1 : next;
     }
     return next;
+}
+
+int token_skip_directive(const struct tokens *tokens, int i)
+{
+    return skip_directive(tokens, i, true);
 }

@@ -161,6 +161,19 @@ def test_transformations_from_macros(camera, tmp_path, text, location):
     assert camera("s.pov", cwd=tmp_path)["location"] == near(*location)
 
 
+@pytest.mark.parametrize("place", ["behind #version", "in the camera"])
+def test_many_directives_without_semicolons(camera, tmp_path, place):
+    """As scenes of the 1990s have them. Each looked beyond all that follow: 2^60 steps."""
+    declared = "\n".join(f"#declare Radius{i} = {i} * 0.1" for i in range(60))
+    before, within = ("", declared) if "camera" in place else (declared, "")
+    (tmp_path / "s.pov").write_text(
+        f"#version 3.1\n{before}\n"
+        f"camera {{ location <2,1,-5>\n{within}\nlook_at y aperture 0.5 }}\n"
+        "box { -1,1 pigment { rgb 1 } } light_source { <3,9,-7> rgb 1 }"
+    )
+    assert camera("s.pov", cwd=tmp_path)["location"] == near(2, 1, -5)
+
+
 def test_what_is_as_near_as_the_probe(camera, tmp_path):
     """A camera 8e5 away from the origin, among things a unit away."""
     (tmp_path / "s.pov").write_text(
