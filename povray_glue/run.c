@@ -100,24 +100,43 @@ static char *library_option(const char *folder, const char *private_folder)
     return option;
 }
 
-/* The user's option where the current folder is another: files are named from the root.
- * Library paths are all given by the sandbox. */
-static char *moved_option(const char *option)
+/* The file or folder that an option names, NULL for none. */
+static const char *named_file(const char *option)
 {
-    const char *header = ini_value(option, "Include_Header", "HI");
+    static const char *const options[][2] = {{"Include_Header", "HI"},
+                                             {"Include_Ini", ""},
+                                             {"Library_Path", "L"},
+                                             {"Input_File_Name", "I"},
+                                             {"Output_File_Name", "O"}};
     const bool is_file = option[0] != '+' && option[0] != '-' && !strchr(option, '=');
-    const char *name = header ? header : is_file ? option : NULL;
-    char *file =
-        text_format("%.*s", (int)strcspn(name ? name : "", "["), name ? name : "");
-    char *full = file && file[0] ? os_file_full_path(file) : NULL, *moved = NULL;
-    if (full)
-        moved = text_format("%.*s%s%s", (int)(name - option), option, full,
-                            name + strlen(file));
-    else if (file)
-        moved = text_format("%s", option);
+    const char *name = is_file ? option : NULL;
+    for (size_t i = 0; i < sizeof options / sizeof *options && !name; i++)
+        name = ini_value(option, options[i][0], options[i][1]);
+    return name;
+}
+
+/* The user's option as POV-Ray takes it, which ends names at blanks unless they stand in
+ * quotes. Where the current folder is another (IS_MOVED) files are named from the root. */
+static char *option_for_povray(const char *option, bool is_moved)
+{
+    const char *name = named_file(option);
+    if (!name)
+        return text_format("%s", option);
+    char *plain = ini_unquoted(name), *made = NULL;
+    char *file = plain ? ini_file(plain) : NULL;
+    char *full = is_moved && file && file[0] ? os_file_full_path(file) : NULL;
+    if (file) {
+        const char *path = full ? full : file, *section = plain + strlen(file);
+        const bool has_blank = strpbrk(path, " \t") || strpbrk(section, " \t");
+        const char *quote = !has_blank ? "" : strchr(path, '"') ? "'" : "\"";
+        made = full || has_blank ? text_format("%.*s%s%s%s%s", (int)(name - option),
+                                               option, quote, path, section, quote)
+                                 : text_format("%s", option);
+    }
     free(full);
     free(file);
-    return moved;
+    free(plain);
+    return made;
 }
 
 static void add_user_options(struct argument_list *list,
@@ -125,8 +144,8 @@ static void add_user_options(struct argument_list *list,
 {
     const struct povray_options *options = request->options;
     for (int i = 0; i < options->n_args; i++)
-        add_argument(list, request->sandbox ? moved_option(options->args[i])
-                                            : text_format("%s", options->args[i]));
+        add_argument(list,
+                     option_for_povray(options->args[i], request->sandbox != NULL));
 }
 
 /* The folders of the scene's files. */

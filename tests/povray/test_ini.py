@@ -136,3 +136,22 @@ def test_a_scene_of_an_initialisation_file_elsewhere(rackfocus, tmp_path):
     (tmp_path / "there" / "a.ini").write_text("Input_File_Name=s\n+W80 +H60\n")
     rackfocus("povray", "there/a.ini", "-o", "o.exr", cwd=tmp_path)
     assert read_exr(tmp_path / "o.exr")["G"].shape == (60, 80)
+
+
+@pytest.mark.parametrize("writes", ["", '#fopen F "note.txt" write #fclose F\n'])
+def test_blanks_in_names(rackfocus, tmp_path, writes):
+    """POV-Ray ends names of files, sections and folders at blanks, but in quotes.
+
+    A scene that writes files is rendered in another folder."""
+    place = tmp_path / "my scenes"
+    place.mkdir()
+    (place / "size.inc").write_text("#declare Size = 1;\n")
+    (place / "s.pov").write_text(writes + '#include "size.inc"\n' + SCENE)
+    (place / "my anim.ini").write_text("+W20 +H20\n[Low quality, 1]\n+W40 +H30\n")
+    ini = "my scenes/my anim.ini[low quality, 1]"
+    for library in ("+Lmy scenes", "Library_Path=my scenes", '+L"my scenes"'):
+        rackfocus("povray", ini, "-o", "o.exr", "--", "+Imy scenes/s.pov", library,
+                  "+Omy own.png", cwd=tmp_path)  # fmt: skip
+        assert read_exr(tmp_path / "o.exr")["G"].shape == (30, 40)
+    rackfocus("povray", "my scenes/s", "-o", "o.exr", "--", ini, cwd=tmp_path)
+    assert read_exr(tmp_path / "o.exr")["G"].shape == (30, 40)
