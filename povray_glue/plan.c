@@ -136,14 +136,15 @@ static char *find_scene(const char *name, const char *beside)
 }
 
 /* Frames of a subset: POV-Ray takes a part of 1 as a share of their number, counted from
- * 0 whatever the first one is. */
+ * 0 whatever the first one is. A subset may go beyond the last frame, and the clock with
+ * it, but not before the first. */
 static int32_t subset_frame(double frame, const struct povray_plan *plan, bool is_end)
 {
     if (isnan(frame))
         return is_end ? plan->last : plan->first;
     if (frame > 0 && frame < 1)
         frame = floor(frame * (plan->last - plan->first + 1));
-    return (int32_t)fmin(fmax(frame, plan->first), plan->last);
+    return (int32_t)fmin(fmax(frame, plan->first), INT32_MAX);
 }
 
 /* The options, behind the initialisation file. False without memory. */
@@ -197,7 +198,7 @@ static bool choose_frames(struct povray_plan *plan, const struct found *found,
         return true;
     snprintf(error->message, sizeof error->message,
              "%s: POV-Ray's options ask for frames %d to %d, which are none; check "
-             "Initial_Frame and Final_Frame",
+             "Initial_Frame, Final_Frame, Subset_Start_Frame and Subset_End_Frame",
              operand, plan->from, plan->to);
     return false;
 }

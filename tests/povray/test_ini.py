@@ -65,6 +65,9 @@ def test_initialisation_files(rackfocus, tmp_path):
         ("+KFF10 +SF0.3 +EF0.8", "3-8"),
         ("+KFI0 +KFF9 +EF0.5", "0-5"),
         ("+KFI11 +KFF20 +SF0.5", "11-20"),
+        ("+KFF10 +SF9 +EF12", "9-12"),
+        ("+KFF10 +SF12 +EF13", "12-13"),
+        ("+KFI5 +KFF10 +SF3 +EF12", "5-12"),
         ("+KFI0 +KFF0", None),
         ("+KFF0", None),
     ],
@@ -155,3 +158,24 @@ def test_blanks_in_names(rackfocus, tmp_path, writes):
         assert read_exr(tmp_path / "o.exr")["G"].shape == (30, 40)
     rackfocus("povray", "my scenes/s", "-o", "o.exr", "--", ini, cwd=tmp_path)
     assert read_exr(tmp_path / "o.exr")["G"].shape == (30, 40)
+
+
+@pytest.mark.parametrize("options", [["+KFF10", "+SF12"], ["+KFF10", "+SF8", "+EF6"]])
+def test_a_part_that_ends_before_it_begins(rackfocus, tmp_path, options):
+    """POV-Ray renders its first frame; frame 10 was made of the first of these."""
+    (tmp_path / "s.pov").write_text(SCENE)
+    asked = ["povray", "s.pov", "-o", "o.exr", "--", *options]
+    text = rackfocus(*asked, cwd=tmp_path, code=1).stderr
+    assert "which are none" in text and "Subset_Start_Frame" in text
+
+
+def test_frames_beyond_the_last(rackfocus, tmp_path):
+    """Their clock goes on as POV-Ray's own: frame 3 of 2 is 2 from the first."""
+    (tmp_path / "s.pov").write_text(SCENE.replace("+ clock", "+ (clock - 2)"))
+    (tmp_path / "still.pov").write_text(SCENE.replace("+ clock", ""))
+    size = ["+W40", "+H30"]
+    more = ["+KFF2", "+SF3", "+EF3"]
+    rackfocus("povray", "s.pov", "-o", "o.exr", "--", *size, *more, cwd=tmp_path)
+    rackfocus("povray", "still.pov", "-o", "still.exr", "--", *size, cwd=tmp_path)
+    found, still = (read_exr(tmp_path / n)["G"] for n in ("o0003.exr", "still.exr"))
+    assert numpy.array_equal(found, still)
