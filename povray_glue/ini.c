@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
  * Initialisation files: a setting `Name = value` on a line of its own, or switches and
- * names of files, parted by blanks. A semicolon begins a comment. `[Section]` begins
- * what is read only where the file was named as "file.ini[Section]".
+ * names of files, parted by blanks. A semicolon or # outside quotes begins a comment.
+ * `[Section]` begins what is read only where the file was named as "file.ini[Section]".
  */
 #include "ini.h"
 
@@ -108,9 +108,20 @@ static void take_words(struct walk *walk, const char *line, const char *file)
     }
 }
 
+/* Cuts the line's comment off. A quote that is not closed is a letter. */
+static void cut_comment(char *line)
+{
+    char quote = 0;
+    for (; *line && (quote || (*line != ';' && *line != '#')); line++) {
+        if (quote ? *line == quote : *line == '"' || *line == '\'')
+            quote = quote || !strchr(line + 1, *line) ? 0 : *line;
+    }
+    *line = 0;
+}
+
 static void take_line(struct walk *walk, char *line, const char *file)
 {
-    line[strcspn(line, ";")] = 0;
+    cut_comment(line);
     line += strspn(line, " \t");
     for (size_t n = strlen(line); n > 0 && isspace((unsigned char)line[n - 1]);)
         line[--n] = 0;

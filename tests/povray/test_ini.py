@@ -82,6 +82,31 @@ def test_parts_of_an_animation(rackfocus, tmp_path, options, frames):
 
 
 @pytest.mark.parametrize(
+    "line, scene",
+    [  # What POV-Ray 3.7.0.10 renders of each
+        ("# was +KFF3", None),
+        ("# it's as in old.ini", None),
+        ("# see old.ini for more", None),
+        ("  #Final_Frame=3", None),
+        ("+A0.3 # no more +KFF3", None),
+        ("Jitter=off ; see old.ini", None),
+        ("Input_File_Name=s.pov#1", "s.pov"),
+        ('+I"s#1.pov" # "+KFF3"', "s#1.pov"),
+        ("Input_File_Name='s;1.pov' ; +KFF3", "s;1.pov"),
+    ],
+)
+def test_comments(rackfocus, tmp_path, line, scene):
+    """A # began none: its options made an animation, its words missing files."""
+    for name in ("s.pov", "s#1.pov", "s;1.pov"):
+        (tmp_path / name).write_text(SCENE)
+    named = "" if scene else "+Is.pov\n"
+    (tmp_path / "a.ini").write_text(f"{named}{line}\n")
+    asked = ["povray", "a.ini", "-o", "o.exr", "--", "+W40", "+H30"]
+    assert f"{scene or 's.pov'}: " in rackfocus(*asked, cwd=tmp_path).stdout
+    assert [path.name for path in tmp_path.glob("*.exr")] == ["o.exr"]
+
+
+@pytest.mark.parametrize(
     "line, name",
     [
         ('Include_Ini="a b.ini"', "a b.ini"),
