@@ -127,6 +127,8 @@ struct image_layer {
  * first of: plain R G B; *.Combined.*; Composite.*; other names that mean the picture
  * ("beauty", "rgba"); any other layer with R G B; one of data, such as albedo, normals
  * and Cryptomatte (layer_names.c has the names).
+ * Alpha: beside the colours, else as the only colour of a layer "alpha" or of a part with
+ * the same data window.
  * Depth: `depth_channel` where given (exact name; the picture's own alpha is then none), else in the same layer or view layer
  * Z, Depth.Z, depth.Z, *.Depth.Z, *.V/Depth variants that Blender, Arnold, RenderMan,
  * Nuke and V-Ray write. A missing depth is not an error here (z = -1), a missing colour

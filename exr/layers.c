@@ -252,6 +252,55 @@ static void format_layer(const struct name *name, int n_components, char *text,
     }
 }
 
+/* Layers of vectors (normals, positions) end in X Y Z: their Y is no luminance. */
+static bool has_sibling(const struct image_input *input, const struct name *of,
+                        const char *base)
+{
+    for (int c = input->first_channel[of->part]; c < input->first_channel[of->part + 1];
+         c++) {
+        struct name name;
+        parse_name(input, c, &name);
+        if (strcmp(name.base, base) == 0 && is_same_view(&name, of) &&
+            is_same_layer(&name, name.n, of, of->n))
+            return true;
+    }
+    return false;
+}
+
+/* Which of r g b a (0 to 3) is it in the layer of `first`; -1: none. An alpha may have a
+ * layer of its own: alpha.A. */
+static int colour_of(const struct name *name, const struct name *first)
+{
+    const int index = colour_index(name->base);
+    if (!is_same_view(name, first))
+        return -1;
+    if (is_same_layer(name, name->n, first, first->n))
+        return index;
+    return index == 3 && name->n > 0 &&
+                   strcasecmp(name->component[name->n - 1], "alpha") == 0 &&
+                   is_same_layer(name, name->n - 1, first, first->n)
+               ? 3
+               : -1;
+}
+
+/* An alpha of the same pixels in a part without a picture; -1: none. */
+static int find_lone_alpha(const struct image_input *input, const struct name *first)
+{
+    const struct image_part_info *own = &input->parts[first->part];
+    for (int c = 0; c < input->n_channels && !own->is_deep; c++) {
+        const struct image_part_info *part = &input->parts[input->channels[c].part];
+        struct name name;
+        if (part == own || part->is_deep ||
+            memcmp(&part->data_window, &own->data_window, sizeof own->data_window) != 0)
+            continue;
+        parse_name(input, c, &name);
+        if (colour_of(&name, first) == 3 && !has_sibling(input, &name, "R") &&
+            !has_sibling(input, &name, "red"))
+            return c;
+    }
+    return -1;
+}
+
 /* Fills r g b a from the layer of `first`; false if one of r g b is missing. */
 static bool collect_colour(const struct image_input *input, const struct name *first,
                            struct image_layer *layer)
@@ -262,16 +311,17 @@ static bool collect_colour(const struct image_input *input, const struct name *f
     for (int c = begin; c < end; c++) {
         struct name name;
         parse_name(input, c, &name);
-        int index = colour_index(name.base);
-        if (index >= 0 && found[index] < 0 && is_same_view(&name, first) &&
-            is_same_layer(&name, name.n, first, first->n))
+        int index = colour_of(&name, first);
+        if (index >= 0 && found[index] < 0)
             found[index] = c;
     }
+    if (found[0] < 0 || found[1] < 0 || found[2] < 0)
+        return false;
     layer->r = found[0];
     layer->g = found[1];
     layer->b = found[2];
-    layer->a = found[3];
-    return found[0] >= 0 && found[1] >= 0 && found[2] >= 0;
+    layer->a = found[3] >= 0 ? found[3] : find_lone_alpha(input, first);
+    return true;
 }
 
 /* Grey: a Y alone. Y with RY and BY is a colour picture in other terms. */
@@ -303,21 +353,6 @@ static bool collect_grey(const struct image_input *input, const struct name *fir
         layer->b = by;
     }
     return true;
-}
-
-/* Layers of vectors (normals, positions) end in X Y Z: their Y is no luminance. */
-static bool has_sibling(const struct image_input *input, const struct name *of,
-                        const char *base)
-{
-    for (int c = input->first_channel[of->part]; c < input->first_channel[of->part + 1];
-         c++) {
-        struct name name;
-        parse_name(input, c, &name);
-        if (strcmp(name.base, base) == 0 && is_same_view(&name, of) &&
-            is_same_layer(&name, name.n, of, of->n))
-            return true;
-    }
-    return false;
 }
 
 enum { RANK_GREY = 20, RANK_DATA = 100, RANK_NONE = 1000 };

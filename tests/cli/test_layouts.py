@@ -297,6 +297,55 @@ def test_parts(filtered, want, tmp_path, order, tile):
     assert (filtered(path) == want).all()
 
 
+ALPHAS = {
+    "plain": [("RGB", ""), ("A", "")],
+    "a layer": [("RGB", ""), ("A", "alpha.")],
+    "a part": [("RGB", "rgb"), ("A", "RGBA")],
+    "a part called alpha": [("RGB", "rgb"), ("A", "alpha")],
+}
+
+
+@pytest.mark.parametrize("where", ALPHAS)
+def test_alpha_of_its_own(rackfocus, tmp_path, where):
+    """It was left out in silence where it is not beside the colours."""
+    channels = picture()
+    channels["A"] = (channels["Z"] < 9).astype("f4")
+    for base in "RGB":
+        channels[base] *= channels["A"]
+    plain = plainexr.write(tmp_path / "plain.exr", channels)
+    path = tmp_path / "a.exr"
+    layers = ALPHAS[where]
+    if layers[1][1] in ("", "alpha."):
+        renamed = {layers[1][1] + "A" if n == "A" else n: channels[n] for n in channels}
+        write(path, (renamed, spec_of(renamed)))
+    else:
+        parts = [({n: channels[n] for n in names}, name) for names, name in layers]
+        parts.append(({"Z": channels["Z"]}, "depth"))
+        write(path, *[(some, spec_of(some, name=name)) for some, name in parts])
+    got, want = tmp_path / "o.exr", tmp_path / "w.exr"
+    rackfocus("filter", plain, "-o", want, *LENS, *PLAIN)
+    rackfocus("filter", path, "-o", got, *LENS, *PLAIN)
+    got, want = plainexr.read(got)[0], plainexr.read(want)[0]
+    alpha = "alpha.A" if where == "a layer" else "A"
+    for name in "RGBA":
+        assert (got[alpha if name == "A" else name] == want[name]).all()
+    assert "with alpha" in rackfocus("info", path).stdout
+
+
+def test_an_alpha_of_another_picture_is_not_taken(rackfocus, tmp_path):
+    """A part with a picture keeps its alpha, and so does a part of other pixels."""
+    colour, depth = colour_and_depth()
+    other = {**colour, "A": 0 * colour["R"]}
+    small = {"A": numpy.zeros((4, 4), "f4")}
+    for some in (other, small):
+        named = [(colour, "rgb"), (some, "RGBA"), (depth, "depth")]
+        parts = [(channels, spec_of(channels, name=name)) for channels, name in named]
+        for _, spec in parts:
+            spec.full_width, spec.full_height = SIZE
+        path = write(tmp_path / "a.exr", *parts)
+        assert "with alpha" not in rackfocus("info", path).stdout
+
+
 def test_depth_part_with_a_larger_window(filtered, want, tmp_path):
     colour, depth = colour_and_depth()
     depth["Z"] = numpy.pad(depth["Z"], 8, mode="edge")
