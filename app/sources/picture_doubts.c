@@ -4,6 +4,7 @@
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "common/report.h"
 #include "sources/alpha.h"
@@ -73,19 +74,26 @@ void explain_size(int32_t width, int32_t height, char *text, size_t n_bytes)
 
 void explain_straight(const struct source *source, char *text, size_t n_bytes)
 {
-    const char *path = image_path(source->colour);
-    char names[4][80];
+    static const char plain[4][2] = {"R", "G", "B", "A"};
+    char name[80], channels[4 * (sizeof(name) + 4)];
     int n_parts;
+    size_t n = 0;
     *text = 0;
     image_parts(source->colour, &n_parts);
     if (n_parts != 1 || source->is_grey || source->layer.is_chroma)
         return;
-    for (int i = 0; i < 4; i++)
-        source_channel_name(source, i, names[i], sizeof(names[i]));
+    /* Of a layer's names oiiotool knows no alpha, and multiplies by none. */
+    for (int i = 0; i < 4; i++) {
+        source_channel_name(source, i, name, sizeof(name));
+        const bool is_plain = strcmp(name, plain[i]) == 0;
+        n += (size_t)snprintf(channels + n, sizeof(channels) - n, "%s%s%s%s",
+                              i ? "," : "", plain[i], is_plain ? "" : "=",
+                              is_plain ? "" : name);
+    }
     snprintf(text, n_bytes,
-             ": oiiotool %.150s --ch %s,%s,%s,%s --premult -o colour.exr, and filter "
-             "colour.exr --depth-file %.150s",
-             path, names[0], names[1], names[2], names[3], image_path(source->depth));
+             ": oiiotool %.150s --ch %s --premult -o colour.exr, and filter colour.exr "
+             "--depth-file %.150s",
+             image_path(source->colour), channels, image_path(source->depth));
 }
 
 /* Radii of all pixels. False without memory, and of depth that no filter takes. */

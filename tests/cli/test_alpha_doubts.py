@@ -3,6 +3,7 @@
 it is, nor before a sky that is seen where alpha is 0."""
 
 import os
+import re
 
 import numpy
 import OpenImageIO
@@ -86,15 +87,23 @@ def test_straight_colour_in_windows(said):
     )
 
 
-def test_the_command_that_is_named_mends_it(rackfocus, said, tmp_path):
+@pytest.mark.parametrize("layer", ["", "beauty.", "ViewLayer.Combined."])
+def test_the_command_that_is_named_mends_it(rackfocus, said, tmp_path, layer):
+    """Of a layer's names OpenImageIO knows no alpha: the command then did nothing."""
     alpha, colours, z = discs(3)
     black = {n: numpy.where(alpha > 0, v, 0) for n, v in colours.items()}
     said(multiplied(colours, alpha), alpha, z)
     wanted = plainexr.read(tmp_path / "o.exr")[0]
-    said(black, alpha, z)
-    path = tmp_path / "in.exr"
+    path = tmp_path / "layers.exr"
+    channels = {layer + n: v for n, v in {**black, "A": alpha}.items()} | {"Z": z}
+    plainexr.write(path, {n: v.astype("f4") for n, v in channels.items()})
+    told = rackfocus("filter", path, "-o", tmp_path / "o.exr", *LENS).stderr
+    listed = re.search(r"--ch (\S+) --premult -o colour\.exr", told)[1].split(",")
+    names = [item.split("=") for item in listed]
     picture = OpenImageIO.ImageBufAlgo.channels(
-        OpenImageIO.ImageBuf(str(path)), ("R", "G", "B", "A")
+        OpenImageIO.ImageBuf(str(path)),
+        tuple(name[-1] for name in names),
+        tuple(name[0] for name in names),
     )
     mended = OpenImageIO.ImageBufAlgo.premult(picture)
     mended.write(str(tmp_path / "colour.exr"))
