@@ -488,6 +488,20 @@ def test_unknown_attribute_type(tmp_path):
     assert extra in copy.read_bytes()
 
 
+@pytest.mark.parametrize("kind", ["bytes", "deepImageState"])
+def test_types_that_openexr_does_not_write(tmp_path, kind):
+    """OpenEXRCore 3.4 reads them: no picture was written, after all the work."""
+    path, copy = tmp_path / "a.exr", tmp_path / "b.exr"
+    data = {"bytes": struct.pack("<i", 2) + b"hintext", "deepImageState": b"\3"}[kind]
+    extra = attribute("theirs", kind, data) + attribute("z", "string", b"after it")
+    plane = np.arange(48, dtype="f4").reshape(6, 8)
+    path.write_bytes(hand_made([("Y", 2, 1)], [plane], extra))
+    dump("copy", path, copy, "float")
+    assert attribute("z", "string", b"after it") in copy.read_bytes()
+    pixels = read_reference(copy)
+    assert (pixels["Y"] == plane).all()
+
+
 def test_sub_sampled(tmp_path):
     """Channels of half size beside full ones: each sample fills its block, and is
     kept as it is.
