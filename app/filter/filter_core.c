@@ -80,7 +80,7 @@ static int fail_of(const struct run *run, const struct source *source,
         source = faulty_source(run);
     const struct image_input *input =
         error->code == RF_ERROR_DEPTH ? source->depth : source->colour;
-    char way_out[600] = "";
+    char way_out[900] = "";
     if (error->code == RF_ERROR_PIXEL && strcmp(error->field, "colour") == 0 &&
         !run->has_views && !run->is_deep)
         picture_explain_pixels(source, way_out, sizeof(way_out));

@@ -305,7 +305,7 @@ static int warn_place(const struct run *run)
         return APP_DONE;
     if (doubts_find_size(run->doubts, &width, &height))
         explain_size(width, height, text, sizeof(text));
-    else if (!place_is_doubtful(&run->fit, path, text, sizeof(text)))
+    else if (!place_is_doubtful(&run->fit, &run->source, text, sizeof(text)))
         return APP_DONE;
     return app_warn(run->tool->host, run->error, "%s: %s", path, text);
 }

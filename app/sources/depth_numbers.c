@@ -86,7 +86,7 @@ void depth_numbers_add(struct depth_numbers *numbers, const struct rf_params *pa
 }
 
 void depth_numbers_explain(const struct depth_numbers *numbers,
-                           const struct rf_params *params, const char *path,
+                           const struct rf_params *params, const char *file,
                            const char *channel, char *text, size_t n_bytes)
 {
     /* One number for all of the sky; others are no sky, but another kind of depth. */
@@ -103,16 +103,12 @@ void depth_numbers_explain(const struct depth_numbers *numbers,
         snprintf(what, sizeof(what), "%g means", numbers->below[0]);
     else
         snprintf(what, sizeof(what), "NaN means");
-    if (!channel)
-        snprintf(text, n_bytes, "; where %s that nothing was hit, write 0 in its place",
-                 what);
-    else
-        snprintf(text, n_bytes,
-                 "; where %s that nothing was hit, make 0 of it: oiiotool %.150s --ch "
-                 "%.60s%s%s%s -d float -o depth.exr, and say --depth-file depth.exr%s",
-                 what, path, channel, numbers->n_nan > 0 ? " --fixnan black" : "",
-                 is_one && is_turned ? " --mulc -1" : "", is_one ? " --maxc 0" : "",
-                 is_one && is_turned ? " without --depth-scale" : "");
+    snprintf(text, n_bytes,
+             "; where %s that nothing was hit, make 0 of it: oiiotool %s --ch "
+             "%.60s%s%s%s -d float -o depth.exr, and say --depth-file depth.exr%s",
+             what, file, channel, numbers->n_nan > 0 ? " --fixnan black" : "",
+             is_one && is_turned ? " --mulc -1" : "", is_one ? " --maxc 0" : "",
+             is_one && is_turned ? " without --depth-scale" : "");
 }
 
 bool depth_numbers_are_whole(const struct depth_numbers *numbers)

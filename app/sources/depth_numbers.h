@@ -33,11 +33,10 @@ bool depth_numbers_are_whole(const struct depth_numbers *numbers);
 
 /*
  * What the core refuses, as a way out for `text`: "; where NaN means that nothing was hit,
- * ...". "" where none is known. `channel` of the file `path` has the depth; NULL where
- * other programs would not find it by that name.
+ * ...". "" where none is known. `channel` has the depth of `file`, as oiiotool is to read it.
  */
 void depth_numbers_explain(const struct depth_numbers *numbers,
-                           const struct rf_params *params, const char *path,
+                           const struct rf_params *params, const char *file,
                            const char *channel, char *text, size_t n_bytes);
 
 #endif

@@ -365,11 +365,12 @@ bool depth_is_doubtful(const struct depth_findings *found, char *text, size_t n_
 void depth_explain(const struct depth_numbers *numbers, const struct source *source,
                    const struct rf_params *params, char *text, size_t n_bytes)
 {
-    int n_channels, n_parts;
-    const char *name = image_channels(source->depth, &n_channels)[source->z].name;
-    image_parts(source->depth, &n_parts);
-    depth_numbers_explain(numbers, params, image_path(source->depth),
-                          n_parts == 1 ? name : NULL, text, n_bytes);
+    int n;
+    char file[TOOL_FILE_BYTES];
+    source_tool_file(source->depth, source->z, file);
+    depth_numbers_explain(numbers, params, file,
+                          image_channels(source->depth, &n)[source->z].name, text,
+                          n_bytes);
 }
 
 bool depth_move_edges(const struct depth_findings *found,

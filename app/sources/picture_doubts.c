@@ -11,7 +11,7 @@
 #include "sources/depth_grid.h"
 
 /* How a depth is turned, and the command that turns it back. */
-static bool is_turned(const struct depth_fit *fit, const char *path, char *text,
+static bool is_turned(const struct depth_fit *fit, const char *file, char *text,
                       size_t n_bytes)
 {
     static const char *const words[] = {"", "upside down", "mirrored",
@@ -23,15 +23,15 @@ static bool is_turned(const struct depth_fit *fit, const char *path, char *text,
         return false;
     snprintf(text, n_bytes,
              "the depth lies %s: of its steps %.0f %% are at edges of the picture, "
-             "turned back %.0f %%; turn it: oiiotool %.400s %s -d float -o depth.exr, "
+             "turned back %.0f %%; turn it: oiiotool %s %s -d float -o depth.exr, "
              "and say --depth-file depth.exr",
              words[turn], (double)fit->n_edges[DEPTH_UPRIGHT] / n,
-             (double)fit->n_edges[turn] / n, path, ways[turn]);
+             (double)fit->n_edges[turn] / n, file, ways[turn]);
     return true;
 }
 
 /* How a depth lies beside its picture, and the command that moves it. */
-static bool is_beside(const struct depth_fit *fit, const char *path, char *text,
+static bool is_beside(const struct depth_fit *fit, const char *file, char *text,
                       size_t n_bytes)
 {
     struct depth_move move;
@@ -47,18 +47,20 @@ static bool is_beside(const struct depth_fit *fit, const char *path, char *text,
         "the depth lies beside the picture, %s%s%s: of its steps %.0f %% are at edges "
         "of "
         "the picture, moved back %.0f %%; render both with one camera, frame and "
-        "window, or move it: oiiotool %.400s --cshift %+d%+d -d float -o depth.exr, "
+        "window, or move it: oiiotool %s --cshift %+d%+d -d float -o depth.exr, "
         "and say --depth-file depth.exr",
         move.right ? right : "", move.right && move.down ? ", " : "",
-        move.down ? down : "", 100 * move.share, 100 * move.share_there, path,
+        move.down ? down : "", 100 * move.share, 100 * move.share_there, file,
         move.right, move.down);
     return true;
 }
 
-bool place_is_doubtful(const struct depth_fit *fit, const char *path, char *text,
-                       size_t n_bytes)
+bool place_is_doubtful(const struct depth_fit *fit, const struct source *source,
+                       char *text, size_t n_bytes)
 {
-    return is_beside(fit, path, text, n_bytes) || is_turned(fit, path, text, n_bytes);
+    char file[TOOL_FILE_BYTES];
+    source_tool_file(source->depth, source->z, file);
+    return is_beside(fit, file, text, n_bytes) || is_turned(fit, file, text, n_bytes);
 }
 
 void explain_size(int32_t width, int32_t height, char *text, size_t n_bytes)
@@ -72,16 +74,25 @@ void explain_size(int32_t width, int32_t height, char *text, size_t n_bytes)
         width, height);
 }
 
+/* Are all colours in the part that oiiotool would read? */
+static bool is_of_one_part(const struct source *source)
+{
+    int n;
+    const struct image_channel_info *channels = image_channels(source->colour, &n);
+    const struct image_layer *layer = &source->layer;
+    return layer->a < 0 || channels[layer->a].part == channels[layer->r].part;
+}
+
 void explain_straight(const struct source *source, char *text, size_t n_bytes)
 {
     static const char plain[4][2] = {"R", "G", "B", "A"};
     char name[80], channels[4 * (sizeof(name) + 4)];
-    int n_parts;
+    char file[TOOL_FILE_BYTES];
     size_t n = 0;
     *text = 0;
-    image_parts(source->colour, &n_parts);
-    if (n_parts != 1 || source->is_grey || source->layer.is_chroma)
+    if (!is_of_one_part(source) || source->is_grey || source->layer.is_chroma)
         return;
+    source_tool_file(source->colour, source->layer.r, file);
     /* Of a layer's names oiiotool knows no alpha, and multiplies by none. */
     for (int i = 0; i < 4; i++) {
         source_channel_name(source, i, name, sizeof(name));
@@ -91,9 +102,9 @@ void explain_straight(const struct source *source, char *text, size_t n_bytes)
                               is_plain ? "" : name);
     }
     snprintf(text, n_bytes,
-             ": oiiotool %.150s --ch %s --premult -o colour.exr, and filter colour.exr "
+             ": oiiotool %s --ch %s --premult -o colour.exr, and filter colour.exr "
              "--depth-file %.150s",
-             image_path(source->colour), channels, image_path(source->depth));
+             file, channels, image_path(source->depth));
 }
 
 /* Radii of all pixels. False without memory, and of depth that no filter takes. */
@@ -127,7 +138,7 @@ static bool is_misplaced(const struct depth_picture *picture, char *text,
         depth_fit_find(&fit, &(struct depth_fit_picture){
                                  colour->data, radii, colour->channels, width, height});
     free(radii);
-    return place_is_doubtful(&fit, image_path(picture->source->depth), text, n_bytes);
+    return place_is_doubtful(&fit, picture->source, text, n_bytes);
 }
 
 static bool is_enlarged(const struct depth_picture *picture, char *text, size_t n_bytes)
@@ -172,19 +183,19 @@ void picture_say_doubts(const struct depth_picture *picture,
 
 void picture_explain_pixels(const struct source *source, char *text, size_t n_bytes)
 {
-    int n, n_parts;
+    int n;
     const struct image_channel_info *channels = image_channels(source->colour, &n);
-    image_parts(source->colour, &n_parts);
     const struct image_layer *layer = &source->layer;
+    char file[TOOL_FILE_BYTES];
     *text = 0;
-    if (n_parts != 1 || source->is_grey || layer->is_chroma)
+    if (!is_of_one_part(source) || source->is_grey || layer->is_chroma)
         return;
-    const char *path = image_path(source->colour);
+    source_tool_file(source->colour, layer->r, file);
     snprintf(
         text, n_bytes,
-        "; or give them the mean around: oiiotool %.150s --ch %.50s,%.50s,%.50s%s%.50s "
+        "; or give them the mean around: oiiotool %s --ch %.50s,%.50s,%.50s%s%.50s "
         "--fixnan box3 -o colour.exr, and filter colour.exr --depth-file %.150s",
-        path, channels[layer->r].name, channels[layer->g].name, channels[layer->b].name,
+        file, channels[layer->r].name, channels[layer->g].name, channels[layer->b].name,
         layer->a >= 0 ? "," : "", layer->a >= 0 ? channels[layer->a].name : "",
         image_path(source->depth ? source->depth : source->colour));
 }

@@ -11,10 +11,9 @@
 #include "sources/source.h"
 
 /* How a depth lies on its picture where it does not lie right, and the command that turns
- * or moves it, as "the depth lies upside down: ..."; false: it lies right. `path` has the
- * depth. */
-bool place_is_doubtful(const struct depth_fit *fit, const char *path, char *text,
-                       size_t n_bytes);
+ * or moves it, as "the depth lies upside down: ..."; false: it lies right. */
+bool place_is_doubtful(const struct depth_fit *fit, const struct source *source,
+                       char *text, size_t n_bytes);
 
 /* That a depth was rendered in a smaller size than its picture and enlarged by repeating
  * pixels. */
@@ -26,11 +25,11 @@ void picture_say_doubts(const struct depth_picture *picture,
                         void (*say)(void *user, const char *text), void *user);
 
 /* The command that multiplies a straight colour by its alpha, after a colon; "" where
- * others would not find its channels. */
+ * its channels are not of one part. */
 void explain_straight(const struct source *source, char *text, size_t n_bytes);
 
 /* A way out for colours that are NaN or infinite, "; or give them the mean around: ...";
- * "" where other programs would not find them by their names. */
+ * "" where they are not of one part. */
 void picture_explain_pixels(const struct source *source, char *text, size_t n_bytes);
 
 #endif

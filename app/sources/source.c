@@ -23,6 +23,17 @@ void source_channel_name(const struct source *source, int i, char *text, size_t 
         snprintf(text, n_bytes, "%s", name);
 }
 
+void source_tool_file(const struct image_input *input, int i, char *text)
+{
+    int n, n_parts;
+    const int part = image_channels(input, &n)[i].part;
+    char subimage[24] = "";
+    image_parts(input, &n_parts);
+    if (n_parts > 1)
+        snprintf(subimage, sizeof(subimage), " --subimage %d", part);
+    snprintf(text, TOOL_FILE_BYTES, "%.400s%s", image_path(input), subimage);
+}
+
 void source_list_channels(const struct image_input *input, char *text, size_t n_bytes)
 {
     int n;
@@ -338,21 +349,16 @@ static bool covers(const struct image_box *box, const struct image_box *inner)
  * colour. */
 static bool fail_cropped(const struct source *source, struct image_error *error)
 {
-    int n, n_parts;
-    const int part = image_channels(source->depth, &n)[source->z].part;
-    image_parts(source->depth, &n_parts);
     const struct image_box *depth = depth_window(source);
-    const char *path = image_path(source->depth);
-    char subimage[40] = "";
-    if (n_parts > 1)
-        snprintf(subimage, sizeof(subimage), " --subimage %d", part);
+    char file[TOOL_FILE_BYTES];
+    source_tool_file(source->depth, source->z, file);
     return set_error(error,
                      "%s: the depth is cropped to (%d, %d) to (%d, %d), the colour in "
                      "%s is not; where nothing was hit beyond, make it 0 there: "
-                     "oiiotool %s%s --croptofull -d float -o depth.exr, and say "
+                     "oiiotool %s --croptofull -d float -o depth.exr, and say "
                      "--depth-file depth.exr",
-                     path, depth->min_x, depth->min_y, depth->max_x, depth->max_y,
-                     image_path(source->colour), path, subimage);
+                     image_path(source->depth), depth->min_x, depth->min_y,
+                     depth->max_x, depth->max_y, image_path(source->colour), file);
 }
 
 /* Pictures of another size from the same corner: of the larger a part would be taken. */

@@ -101,6 +101,12 @@ float *source_read_depth(const struct source *source, int n_threads,
 void source_channel_name(const struct source *source, int i, char *text,
                          size_t n_bytes);
 
+enum { TOOL_FILE_BYTES = 440 };
+
+/* What oiiotool is to read in a command for messages, TOOL_FILE_BYTES long: the name of the
+ * file, with " --subimage 2" behind it where channel i is in one of several parts. */
+void source_tool_file(const struct image_input *input, int i, char *text);
+
 /* "R, G, B, A" for messages; ends in ", ..." where there are many. */
 void source_list_channels(const struct image_input *input, char *text, size_t n_bytes);
 

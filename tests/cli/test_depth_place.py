@@ -51,6 +51,43 @@ def test_turned_depth(told, passes, how):
     told(colour | {"Z": turn(z)}, "--strict", code=1)
 
 
+@pytest.fixture
+def told_of_parts(rackfocus, tmp_path):
+    """What filter says of a file whose colour and depth are parts of their own."""
+
+    def run(colour, z, code=0):
+        oiio = pytest.importorskip("OpenImageIO")
+        path, specs = tmp_path / "in.exr", []
+        for name, channels in (("rgba", tuple(colour)), ("depth", ("Z",))):
+            specs.append(oiio.ImageSpec(*z.shape[::-1], len(channels), oiio.FLOAT))
+            specs[-1].channelnames = channels
+            specs[-1]["oiio:subimagename"] = name
+        file = oiio.ImageOutput.create(str(path))
+        assert file.open(str(path), tuple(specs)), file.geterror()
+        assert file.write_image(numpy.dstack(list(colour.values())))
+        assert file.open(str(path), specs[1], "AppendSubimage"), file.geterror()
+        assert file.write_image(numpy.dstack([z])) and file.close()
+        arguments = [path, "-o", tmp_path / "o.exr", *LENS]
+        return rackfocus("filter", *arguments, code=code).stderr
+
+    return run
+
+
+def test_the_commands_name_the_part(told_of_parts, passes):
+    """oiiotool looks at the first part else, which is that of the colour."""
+    colour, z = passes
+    said = told_of_parts(colour, z[::-1])
+    assert "in.exr --subimage 1 --flip -d float -o depth.exr" in said
+    said = told_of_parts(colour, numpy.roll(z, (2, -3), (0, 1)))
+    assert "in.exr --subimage 1 --cshift +3-2 -d float -o depth.exr" in said
+    holes = numpy.where(z == z.max(), numpy.nan, z).astype("f4")
+    said = told_of_parts(colour, holes, code=1)
+    assert "in.exr --subimage 1 --ch Z --fixnan black -d float -o depth.exr" in said
+    broken = colour | {"R": numpy.where(z == z.max(), numpy.inf, colour["R"])}
+    said = told_of_parts(broken, z, code=1)
+    assert "in.exr --subimage 0 --ch R,G,B --fixnan box3 -o colour.exr, and" in said
+
+
 @pytest.mark.parametrize(
     "down, right, words",
     [

@@ -59,7 +59,7 @@ struct stage {
     volatile bool is_cancelled;
     char label[256];   /* what is being done, "rendering scene.pov" */
     char remark[2400]; /* what the user should know of scene and depth; "": nothing */
-    char way_out[600]; /* of refused numbers, behind the core's error; "": none */
+    char way_out[900]; /* of refused numbers, behind the core's error; "": none */
 };
 
 /* Opens and reads; `typed` is the command line. False with a message. */
