@@ -693,12 +693,14 @@ static bool fail_without_colour(const struct image_input *input, const char *lay
                                 struct image_error *error)
 {
     char list[600];
-    list_layers(input, list, sizeof list);
-    if (layer)
+    if (!layer) {
+        list_channels(input, list, sizeof list);
         return image_fail(error, input->path,
-                          "no layer \"%s\" with R G B; layers of the file: %s", layer,
-                          list);
-    return image_fail(error, input->path, "no R G B channels; layers of the file: %s",
+                          "no R G B channels; channels of the file: %s", list);
+    }
+    list_layers(input, list, sizeof list);
+    return image_fail(error, input->path,
+                      "no layer \"%s\" with R G B; layers of the file: %s", layer,
                       list);
 }
 

@@ -44,7 +44,7 @@ const char *look_window_explain(const struct look_window *given, char *text,
             text, n_bytes,
             "--%s: is measured in the data window of %s, %d x %d px, not in its "
             "display window, %d x %d px: the result is not as in the whole picture; "
-            "fill that up: oiiotool %s --croptofull -o whole.exr",
+            "fill that up: oiiotool -a %s --croptofull -o whole.exr",
             key, path, (int)source->width, (int)source->height, width, height, path);
     }
     return key;

@@ -166,10 +166,11 @@ static int fail_sizes(const char *path_a, const struct picture *a, const char *p
                            memcmp(&a->display, &b->display, sizeof(a->display)) == 0;
     char way[400] = "";
     if (are_alike)
-        snprintf(way, sizeof(way),
-                 "; their display windows are alike: oiiotool %.300s --croptofull -o "
-                 "whole.exr",
-                 is_whole(a) ? path_b : path_a);
+        snprintf(
+            way, sizeof(way),
+            "; their display windows are alike: oiiotool -a %.300s --croptofull -o "
+            "whole.exr",
+            is_whole(a) ? path_b : path_a);
     message("%s: is %d x %d, but %s is %d x %d; pictures of one size can be compared%s",
             path_a, a->width, a->height, path_b, b->width, b->height, way);
     return EXIT_FAILED;

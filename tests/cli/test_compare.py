@@ -260,6 +260,17 @@ def test_pictures_of_another_place(rackfocus, scene, tmp_path):
     rackfocus("compare", moved, png)
 
 
+def test_what_is_no_picture_is_listed(rackfocus, scene):
+    """A red alone was called a layer with R G B that the file has."""
+
+    def red(channels):
+        del channels["G"], channels["B"]
+
+    path = scene("red.exr", change=red)
+    said = rackfocus("compare", path, path, code=1).stderr
+    assert f"{path}: no R G B channels; channels of the file: R, Z" in said
+
+
 @pytest.mark.parametrize("turned", [False, True])
 def test_a_crop_beside_the_whole(rackfocus, scene, tmp_path, turned):
     """Both may show the same: the way to compare them is named, and leads there."""
@@ -274,7 +285,7 @@ def test_a_crop_beside_the_whole(rackfocus, scene, tmp_path, turned):
     pair = (whole, part) if turned else (part, whole)
     said = rackfocus("compare", *pair, code=1).stderr
     assert "pictures of one size can be compared; their display windows are" in said
-    assert f": oiiotool {part} --croptofull -o whole.exr" in said
+    assert f": oiiotool -a {part} --croptofull -o whole.exr" in said
     other = scene("other.exr", size=(30, 20))
     assert "oiiotool" not in rackfocus("compare", other, whole, code=1).stderr
 
