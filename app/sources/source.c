@@ -97,9 +97,9 @@ struct rivalry {
     bool is_other, is_above_one, is_rival_above_one;
 };
 
-static bool is_same(float a, float b)
+static bool is_as_good_as(float a, float b)
 {
-    return a == b || (a != a && b != b);
+    return a == b || (a != a && b != b) || fabsf(a - b) <= AS_GOOD_AS_EQUAL * fabsf(a);
 }
 
 static bool compare_depths(void *user, const float *pairs, size_t n)
@@ -107,9 +107,7 @@ static bool compare_depths(void *user, const float *pairs, size_t n)
     struct rivalry *found = user;
     for (size_t i = 0; i < n; i++) {
         const float z = pairs[2 * i], rival = pairs[2 * i + 1];
-        const bool is_equal =
-            is_same(z, rival) || fabsf(z - rival) <= AS_GOOD_AS_EQUAL * fabsf(z);
-        found->is_other |= !is_equal;
+        found->is_other |= !is_as_good_as(z, rival);
         found->is_above_one |= z > 1;
         found->is_rival_above_one |= rival > 1 || rival < 0;
     }
@@ -132,12 +130,13 @@ static bool compare_colours(void *user, const float *rgb, size_t n)
 {
     bool *are_equal = user;
     for (size_t i = 0; i < n && *are_equal; i++)
-        *are_equal =
-            is_same(rgb[3 * i], rgb[3 * i + 1]) && is_same(rgb[3 * i], rgb[3 * i + 2]);
+        *are_equal = is_as_good_as(rgb[3 * i], rgb[3 * i + 1]) &&
+                     is_as_good_as(rgb[3 * i], rgb[3 * i + 2]);
     return *are_equal;
 }
 
-/* Does a file of R G B hold one number three times, as LuxCore's depth does? */
+/* Does a file of R G B hold one number three times, as LuxCore's depth does, or nearly so, as
+ * colour conversions leave it (Mitsuba's integrator "depth")? */
 static bool is_one_number(struct image_input *input, const struct image_layer *layer)
 {
     bool are_equal = true;

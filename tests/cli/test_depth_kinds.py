@@ -688,10 +688,19 @@ def test_a_depth_file_of_equal_colours(filtered, scene, rackfocus):
         triple(channels)
         channels["G"][5, 3] += 1
 
+    def round_off(channels):
+        """As Mitsuba's films of colours do, of half floats."""
+        triple(channels)
+        channels["G"] = numpy.nextafter(channels["R"].astype("f2"), numpy.float16(99))
+
     def bare(channels):
         del channels["Z"]
 
     want, _ = filtered(None)
+    got, said = filtered(
+        bare, "--depth-file", scene("nearly.exr", size=SIZE, change=round_off)
+    )
+    assert difference(got, want) == 0 and "taken from R" in said
     grey = scene("grey.exr", size=SIZE, change=triple)
     got, said = filtered(bare, "--depth-file", grey)
     assert difference(got, want) == 0
