@@ -182,10 +182,11 @@ static void count_premultiplied(const struct map *map, const struct rf_image *co
             const double a = *rf_image_at(colour, x, y, 3);
             if (a < 0.1 || a > 0.9)
                 continue;
-            const int side = *rf_image_at(colour, x - 1, y, 3) >= 0.999f ? -1 : 1;
+            const int side =
+                *rf_image_at(colour, x - 1, y, 3) >= RF_OPAQUE_ALPHA ? -1 : 1;
             const size_t solid = side < 0 ? i - 1 : i + 1;
             const double z = map->depth[i], near = map->depth[solid];
-            if (*rf_image_at(colour, x + side, y, 3) < 0.999f ||
+            if (*rf_image_at(colour, x + side, y, 3) < RF_OPAQUE_ALPHA ||
                 !is_hit(map, map->depth[solid]) || near <= 0)
                 continue;
             tally->n_part++;

@@ -42,9 +42,8 @@
 #include "base/pool.h"
 #include "input/field.h"
 #include "input/frame.h"
+#include "input/image.h"
 #include "rackfocus/rackfocus.h"
-
-static const float OPAQUE = 0.999f;
 
 int rf_film_reach(const struct rf_frame *frame)
 {
@@ -176,7 +175,7 @@ static bool is_missing(const struct filling *f, int x, int y)
 {
     float a = *value_at(f->film, 3, x, y);
     float r = f->radius[(size_t)y * (size_t)f->frame->width + (size_t)x];
-    return a > least_alpha(f->choice) && a < OPAQUE && r == f->r_nothing;
+    return a > least_alpha(f->choice) && a < RF_OPAQUE_ALPHA && r == f->r_nothing;
 }
 
 static void find_missing(void *data, int64_t begin, int64_t end, int thread)

@@ -7,6 +7,10 @@
 
 #include "rackfocus/rackfocus.h"
 
+/* From this alpha on a pixel, or a deep sample, hides all behind it. Ours: what half floats
+ * make of a 1 that was summed (0.9995) is opaque, the step below 1 of 8 bits (0.996) not. */
+#define RF_OPAQUE_ALPHA 0.999f
+
 /* Checks one view, of 1, 3 or 4 channels; `name` is the field in errors. */
 rf_result rf_image_check(const struct rf_image *image, const char *name, int width,
                          int height, struct rf_error *error);

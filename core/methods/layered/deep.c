@@ -50,6 +50,7 @@
 #include "compose/scene.h"
 #include "input/depth.h"
 #include "input/frame.h"
+#include "input/image.h"
 #include "input/pixels.h"
 #include "input/views_in.h"
 #include "kernels/data.h"
@@ -136,7 +137,7 @@ static void flatten_rows(void *data, int64_t begin, int64_t end, int thread)
             d->radius[i] = flat.r;
             for (int k = 0; k < n; k++)
                 largest = fmaxf(largest, fabsf(pieces[k].r));
-            bool is_open = n == 0 || pieces[n - 1].a < RF_DEEP_OPAQUE;
+            bool is_open = n == 0 || pieces[n - 1].a < RF_OPAQUE_ALPHA;
             if (is_open && n > 0)
                 largest = fmaxf(largest, fabsf(d->empty_radius));
         }
@@ -173,7 +174,7 @@ static struct rf_sample sample_of(const struct rf_deep_piece *p, float left, int
     }
     for (int n = 0; n < 4; n++)
         s.c[n] = p->c[n] / p->a;
-    return rf_sample_make(&s, x, y, p->a >= RF_DEEP_OPAQUE ? 1 : p->a * left);
+    return rf_sample_make(&s, x, y, p->a >= RF_OPAQUE_ALPHA ? 1 : p->a * left);
 }
 
 /* Whose samples a pixel of the picture has: beyond the border those beside it. */
@@ -201,7 +202,7 @@ static struct source source_of(const struct rf_deep_work *d, int x, int y)
 static bool is_continued(const struct source *source,
                          const struct rf_deep_piece *pieces, int n)
 {
-    return source->is_beyond && n == 1 && pieces[0].a >= RF_DEEP_OPAQUE;
+    return source->is_beyond && n == 1 && pieces[0].a >= RF_OPAQUE_ALPHA;
 }
 
 static float flat_luminance(const struct rf_deep_work *d, int x, int y)
@@ -248,9 +249,9 @@ static void collect_pixel(struct collector *c, int x, int y,
             rf_samples_put(&c->out, &s);
         else if (s.w > 0)
             rf_picture_emit(&d->picture, s, x, y, &c->out);
-        if (p->a < RF_DEEP_OPAQUE)
+        if (p->a < RF_OPAQUE_ALPHA)
             left *= 1 - p->a;
-        is_open = p->a < RF_DEEP_OPAQUE;
+        is_open = p->a < RF_OPAQUE_ALPHA;
     }
     if (is_open) {
         struct rf_surface nothing = {.r = d->empty_radius};
@@ -336,7 +337,7 @@ static float find_parts(struct rf_deep_work *d, struct pixel at,
             found[n_found].c[k] = pieces[i].c[k] / pieces[i].a;
         found[n_found].r = pieces[i].r;
         if (n_found++ == 0)
-            share = pieces[i].a >= RF_DEEP_OPAQUE ? 1 : pieces[i].a;
+            share = pieces[i].a >= RF_OPAQUE_ALPHA ? 1 : pieces[i].a;
     }
     return share;
 }

@@ -13,9 +13,10 @@
 #include "base/pool.h"
 #include "input/depth.h"
 #include "input/highlights.h"
+#include "input/image.h"
 #include "input/pixels.h"
 
-static const float SLICE_PX = 1;
+static const float SLICE_PX = 1;          /* of radius, where RF_DEEP_SLICES allow it */
 static const float LEAST_OPACITY = 1e-6f; /* below, colour / opacity means nothing */
 /* Above, an opacity is worth a remark: a half that is rounded up is 1.001. */
 static const float MOST_OPACITY = 1.001f;
@@ -77,7 +78,7 @@ static int slice_sample(const struct rf_deep_work *d, const struct rf_deep_sampl
     struct rf_deep_piece p = whole_piece(d, s);
     p.z = rf_depth_of_value(&f->params, &f->lens, s->depth, x, y, &p.r);
     out[0] = p;
-    if (s->depth_back == s->depth || !isfinite(s->depth_back) || p.a >= RF_DEEP_OPAQUE)
+    if (s->depth_back == s->depth || !isfinite(s->depth_back) || p.a >= RF_OPAQUE_ALPHA)
         return 1;
     float back_r;
     double back = rf_depth_of_value(&f->params, &f->lens, s->depth_back, x, y, &back_r);

@@ -13,9 +13,6 @@
 
 enum { RF_DEEP_SLICES = 16 };
 
-/* From this opacity on a piece hides all. */
-static const float RF_DEEP_OPAQUE = 0.999f;
-
 /* A sample or a slice of one, with its place. */
 struct rf_deep_piece {
     double z;    /* planar distance */
