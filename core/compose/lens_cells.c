@@ -14,7 +14,7 @@
 #include "kernels/data.h"
 #include "lens/aperture.h"
 
-enum { MAX_LINES = 4096, BLOCK = 256 /* of lines that are cut at a time */ };
+enum { MAX_LINES = 4096, BLOCK = 128 /* of lines that are cut at a time */ };
 
 /* What the edge from a to b leaves of the line v, if that reaches it. */
 static void cut_edge(const double a[2], const double b[2], double v,
@@ -123,26 +123,70 @@ struct rf_interval rf_shape_v_range(const struct rf_shape *shape)
     return range;
 }
 
-static void measure_shares(struct rf_lens_cells *cells, const struct rf_shape *shape,
-                           int n_lines)
+/* Lines of an aperture, and where they cut it. */
+struct lines {
+    double v[BLOCK], from[BLOCK], to[BLOCK];
+};
+
+/* Lines `first` to `first` + BLOCK - 1 of n. */
+static void find_lines(struct lines *lines, const struct rf_shape *shape, int n,
+                       int first)
 {
     struct rf_interval range = rf_shape_v_range(shape), cut[BLOCK];
-    double total = 0;
-    memset(cells->share, 0, sizeof cells->share);
-    for (int line = 0; line < n_lines; line++) {
-        if (line % BLOCK == 0)
-            cut_lines(shape, range, n_lines, line, rf_min_int(line + BLOCK, n_lines),
-                      cut);
-        for (int c = 0; c < cells->n; c++) {
-            struct rf_interval part = rf_lens_cell_line(
-                cells, c, rf_line_at(range, line, n_lines), cut[line % BLOCK]);
-            double length = fmax(part.to - part.from, 0);
-            cells->share[c] += length;
-            total += length;
-        }
+    cut_lines(shape, range, n, first, first + BLOCK, cut);
+    for (int i = 0; i < BLOCK; i++) {
+        lines->v[i] = rf_line_at(range, first + i, n);
+        lines->from[i] = cut[i].from;
+        lines->to[i] = cut[i].to;
     }
+}
+
+/*
+ * How long each line is within cell c: as rf_lens_cell_line() says, to the bit, but line
+ * beside line, of which the compiler takes several at a time.
+ */
+static void measure_lines(const struct rf_lens_cells *cells, int c,
+                          const struct lines *lines, double *length)
+{
+    const double *s = cells->site[c], *v = lines->v;
+    double from[BLOCK], to[BLOCK];
+    memcpy(from, lines->from, sizeof from);
+    memcpy(to, lines->to, sizeof to);
+    for (int d = 0; d < cells->n; d++) {
+        const double *t = cells->site[d];
+        double du = t[0] - s[0], dv = t[1] - s[1];
+        double middle = 0.5 * (t[0] * t[0] + t[1] * t[1] - s[0] * s[0] - s[1] * s[1]);
+        double heavier = 0.5 * (cells->weight[c] - cells->weight[d]);
+        if (d == c)
+            continue;
+        for (int i = 0; i < BLOCK && du > 0; i++) {
+            double at = (middle - v[i] * dv + heavier) / du;
+            to[i] = at < to[i] ? at : to[i];
+        }
+        for (int i = 0; i < BLOCK && du < 0; i++) {
+            double at = (middle - v[i] * dv + heavier) / du;
+            from[i] = at > from[i] ? at : from[i];
+        }
+        for (int i = 0; i < BLOCK && du == 0; i++)
+            if (middle - v[i] * dv + heavier < 0)
+                from[i] = to[i] = 0; /* what follows adds nothing to it */
+    }
+    for (int i = 0; i < BLOCK; i++)
+        length[i] = to[i] - from[i] > 0 ? to[i] - from[i] : 0;
+}
+
+/* Adds the lines to the shares of cells, and to the total of all, as lengths. */
+static void add_lines(struct rf_lens_cells *cells, const struct lines *lines,
+                      double *total)
+{
+    double length[RF_MAX_CELLS][BLOCK];
     for (int c = 0; c < cells->n; c++)
-        cells->share[c] /= total;
+        measure_lines(cells, c, lines, length[c]);
+    for (int i = 0; i < BLOCK; i++)
+        for (int c = 0; c < cells->n; c++) {
+            cells->share[c] += length[c][i];
+            *total += length[c][i];
+        }
 }
 
 void rf_lens_cells_middle(const struct rf_lens_cells *cells,
@@ -192,24 +236,30 @@ void rf_lens_cells_init(struct rf_lens_cells *cells, const struct rf_shape *shap
         for (int k = 0; k < 2; k++)
             cells->site[i][k] *= shape->size[k];
     }
-    measure_shares(cells, shape, MAX_LINES);
+    double total = 0;
+    for (int first = 0; first < MAX_LINES; first += BLOCK) {
+        struct lines lines;
+        find_lines(&lines, shape, MAX_LINES, first);
+        add_lines(cells, &lines, &total);
+    }
+    for (int c = 0; c < n; c++)
+        cells->share[c] /= total;
 }
 
 /*
  * Weighs cells until their shares are those of `plain` within 1 % of one: weights take a
  * part of what is lacking, `step` times the area. False: they do not settle.
  */
-static bool settle(struct rf_lens_cells *cells, const struct rf_shape *shape,
+static bool settle(struct rf_lens_cells *cells, const struct lines *lines, double area,
                    const struct rf_lens_cells *plain, double step, int n_rounds)
 {
-    enum { N_LINES = 128 };
     static const double CLOSE = 0.01;
-    double middle[2], area = rf_shape_area(shape, middle);
     for (int i = 0; i < n_rounds; i++) {
-        double worst = 0;
-        measure_shares(cells, shape, N_LINES);
+        double worst = 0, total = 0;
+        memset(cells->share, 0, sizeof cells->share);
+        add_lines(cells, lines, &total);
         for (int c = 0; c < plain->n; c++) {
-            double lack = plain->share[c] - cells->share[c];
+            double lack = plain->share[c] - cells->share[c] / total;
             worst = fmax(worst, fabs(lack) / plain->share[c]);
             cells->weight[c] += step * lack * area;
         }
@@ -228,16 +278,18 @@ void rf_lens_cells_follow(struct rf_lens_cells *cells, const struct rf_shape *sh
                           const struct rf_lens_cells *plain, double variance[2][2])
 {
     enum { ROUNDS = 24, HALVINGS = 5 };
-    double step = 0.7;
+    double step = 0.7, middle[2], area = rf_shape_area(shape, middle);
+    struct lines lines;
     *cells = *plain;
     if (plain->n == 1)
         return;
     for (int c = 0; c < plain->n; c++)
         for (int k = 0; k < 2; k++)
             cells->site[c][k] *= sqrt(variance[1][k] / variance[0][k]);
+    find_lines(&lines, shape, BLOCK, 0);
     for (int i = 0; i <= HALVINGS; i++, step /= 2) {
         memcpy(cells->weight, plain->weight, sizeof cells->weight);
-        if (settle(cells, shape, plain, step, ROUNDS << i))
+        if (settle(cells, &lines, area, plain, step, ROUNDS << i))
             break;
     }
     memcpy(cells->share, plain->share, sizeof cells->share);
