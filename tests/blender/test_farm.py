@@ -11,7 +11,7 @@ import pytest
 from checked import Checked, names_of, read_rgba
 from conftest import INSIDE, call, only_in
 
-pytestmark = only_in("3.4", "5.0", "newest")
+pytestmark = only_in("3.4", "newest")
 SCRIPT = "farm_checks.py"
 CHECKED = Checked(SCRIPT, "farm_results.json")
 MODULE = "bl_ext.user_default.rack_focus"

@@ -10,24 +10,28 @@ import pytest
 from checked import Checked, names_of, read_rgba
 from conftest import call, only_in
 
-pytestmark = only_in("3.4", "5.0", "newest")
 CHECKED = Checked("view_checks.py", "view_results.json")
 CAMERAS = Checked("camera_checks.py", "camera_results.json")
 SAMPLING = Checked("sampling_checks.py", "sampling_results.json")
+in_newest = only_in("3.4", "newest")
+in_5_0 = only_in("3.4", "5.0")  # which left views empty, and has longer names
 
 
+@in_newest
 @pytest.mark.parametrize("name", names_of("view_checks.py"))
 def test_check(blender, dist, name):
     """One check in one Blender."""
     CHECKED.expect(blender, dist, name)
 
 
+@in_5_0
 @pytest.mark.parametrize("name", names_of("sampling_checks.py"))
 def test_few_samples(blender, dist, name):
     """One check of inside/sampling_checks.py in one Blender."""
     SAMPLING.expect(blender, dist, name)
 
 
+@in_5_0
 @pytest.mark.parametrize("name", names_of("camera_checks.py"))
 def test_cameras(blender, dist, name):
     """One check of inside/camera_checks.py in one Blender."""
@@ -39,6 +43,7 @@ def kept_views(blender, folder):
     return sorted((blender.out / folder).glob("passes0001_v*.exr"))
 
 
+@in_newest
 @pytest.mark.parametrize("name", ["views4", "views4_refocused"])
 def test_the_node_is_the_command_on_the_kept_views(blender, dist, command, name):
     """Bit for bit; the header has the lens, options only what was refocused."""
@@ -56,6 +61,7 @@ def test_the_node_is_the_command_on_the_kept_views(blender, dist, command, name)
     assert np.array_equal(a, b), np.abs(a - b).max()
 
 
+@in_newest
 def test_the_mean_is_the_command_on_the_kept_views(blender, dist, command):
     """rackfocus accumulate."""
     CHECKED.run(blender, dist)
@@ -67,6 +73,7 @@ def test_the_mean_is_the_command_on_the_kept_views(blender, dist, command):
     assert np.array_equal(a, b), np.abs(a - b).max()
 
 
+@in_newest
 def test_kept_views_say_where_they_were_taken(blender, dist, command):
     """rackfocus info shows the place on the lens and the plane of the shear."""
     CHECKED.run(blender, dist)
