@@ -1,10 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """pip install: the wheel that meson-python makes, in an environment of its own."""
 
+import os
+import re
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+BUILD = Path(os.environ.get("RACKFOCUS_BUILD", ROOT / "build"))
 
 pytestmark = pytest.mark.skipif(
     subprocess.run(
@@ -24,15 +30,23 @@ for y in range(8):
 rackfocus.apply(colour, depth, colour, method="scatter", focus_distance=3)
 print(rackfocus.__version__, len(rackfocus.parameters()))
 """
-# What the wheel holds is asked for, not how fast it is.
-QUICKLY = """[built-in options]
-optimization = '0'
+# What the wheel holds is asked for, not how fast it is: it is compiled as the build was
+# where ccache has seen that, and else without optimization.
+TOGETHER = """[built-in options]
 unity = 'subprojects'
 unity_size = 100
+"""
+QUICKLY = """optimization = '0'
 
 [project options]
 level = 'generic'
 """
+
+
+def is_cached():
+    """Did ccache see the build's files?"""
+    rules = BUILD / "build.ninja"
+    return rules.exists() and bool(re.search("command = .*ccache", rules.read_text()))
 
 
 @pytest.fixture(scope="module")
@@ -44,9 +58,10 @@ def python(tmp_path_factory, request):
     python = folder / "venv/bin/python"
     install = [python, "-m", "pip", "install", "-q", "--disable-pip-version-check"]
     # In a file: an older pip passes on one of several settings of the same name.
-    (folder / "quickly.ini").write_text(QUICKLY)
-    quickly = f"--config-settings=setup-args=--native-file={folder / 'quickly.ini'}"
-    subprocess.run([*install, quickly, root], check=True)
+    options = folder / "options.ini"
+    options.write_text(TOGETHER if is_cached() else TOGETHER + QUICKLY)
+    setup = f"--config-settings=setup-args=--native-file={options}"
+    subprocess.run([*install, setup, root], check=True)
     return python
 
 
