@@ -151,11 +151,12 @@ static void look_params(struct rf_params *p, const struct look *look, int method
     p->fill_hidden = 0; /* black beside black: for speed */
 }
 
-/* How far around a lamp is looked, px: beyond what it can light. */
+/* How far around a lamp is looked, px: beyond what it can light. What lands farther out
+ * is missing from its energy. */
 static int reach_of(const struct lamp *lamp)
 {
     const struct look *look = lamp->look;
-    double growth = 1 + fmax(fmax(look->swirl, look->astigmatism), 0.9);
+    double growth = 1 + fmax(fmax(look->swirl, look->astigmatism), 0.2);
     return (int)ceil((fabs(lamp->r) + 2 * fabs(look->bend_px)) * growth) + 4;
 }
 
