@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Finish and Supersample in every Blender: see inside/finish_checks.py."""
+"""Finish and Supersample: see inside/finish_checks.py."""
 
 import pytest
 from checked import Checked, names_of

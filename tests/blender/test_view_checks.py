@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Several views and their mean in every Blender: see inside/view_checks.py,
+"""Several views and their mean: see inside/view_checks.py,
 inside/sampling_checks.py and inside/camera_checks.py."""
 
 import json
