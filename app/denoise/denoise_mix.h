@@ -23,11 +23,11 @@ struct denoise_merges {
 };
 
 /*
- * Gives the grain of view `index` random signs: clean + s (grainy - clean) + white / 4, at
- * least 0, into `grainy`; s is 1 or -1, the same for all channels of a pixel, and for
- * 4 x 4 px where pixels side by side have grain that is alike. What differs in the same
- * way in many pixels and views is grain no more; grain stays as strong. Alpha stays as it
- * is. All values are finite.
+ * Adds the grain of view `index` again, with random signs:
+ * grainy + s (grainy - clean) + white / 4, at least 0, into `grainy`; s is 1 or -1, the
+ * same for all channels of a pixel, and for 4 x 4 px where pixels side by side have grain
+ * that is alike. What is added has the strength of the grain and nothing that differs in
+ * the same way in many pixels and views. Alpha stays as it is. All values are finite.
  */
 void denoise_flip(const struct denoise_picture *grainy, const float *clean, int index);
 
