@@ -83,6 +83,26 @@ def test_only_the_plane_in_focus_stays(rackfocus, scene, tmp_path):
     assert spread.max() < 0.05, places
 
 
+def test_faint_textures_in_focus_are_smooth(rackfocus, tmp_path):
+    # Stripes of 1.3 px, darker and brighter by 0.0075: a ray for each pixel leaves 0.0076,
+    # rays where neighbours differ 0.0044, 9 rays everywhere 0.0031, POV-Ray's own blur of
+    # 200 samples 0.0018. All views have their rays at the same places.
+    stripes = """
+#version 3.7;
+global_settings { assumed_gamma 1 }
+camera { right x*4/3 up y location <1,2,-3> direction z*1.5
+         aperture 1 focal_point <1,2,7> blur_samples 20 }
+plane { z, 7 texture { pigment { gradient x scale 0.07
+    color_map { [0 rgb 0.5][0.5 rgb 0.5][0.5 rgb 0.515][1 rgb 0.515] } }
+    finish { ambient 1 diffuse 0 } } }
+"""
+    (tmp_path / "stripes.pov").write_text(stripes)
+    views_of(rackfocus, tmp_path, "stripes.pov", 2)
+    pixels = plainexr.read(tmp_path / "out.exr")[0]["G"][20:100, 20:140].astype(float)
+    assert pixels.mean() == pytest.approx(0.5075, abs=5e-4)
+    assert pixels.std() < 0.0055
+
+
 def test_points_lie_on_the_lens(rackfocus, scene, tmp_path):
     views = views_of(rackfocus, tmp_path, scene[0], 8)
     offsets = numpy.array([facts["rackfocus:lensOffset"] for _, facts in views])
