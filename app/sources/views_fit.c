@@ -37,7 +37,7 @@ static const double LEAST_RIGHT = 0.4, MOST_WRONG = 0.7, TIMES = 1.4, TIMES_ALON
 /* Another meaning of a header. */
 struct meaning {
     double x[2], y[2]; /* the place by that of the header */
-    enum { AS_SAID, PARALLEL, TO_FOCUS } shear;
+    enum { AS_SAID, PARALLEL, TO_FOCUS, SHEAR_ALONE } shear;
     enum { NO_NAME, OFFSET, SHEAR } name; /* said between the two texts */
     double scale;                         /* of another unit; 0: none */
     const char *before, *after;
@@ -77,6 +77,13 @@ static const struct meaning others[] = {
     {{0, 1}, {1, 0}, AS_SAID, OFFSET, 0, "x and y of ", " were swapped"},
     {{1, 0}, {0, 1}, PARALLEL, SHEAR, 0, "the cameras were parallel (no ", ")"},
     {{1, 0}, {0, 1}, TO_FOCUS, SHEAR, 0, "they were sheared to the focus (", ")"},
+    {{1, 0},
+     {0, 1},
+     SHEAR_ALONE,
+     NO_NAME,
+     0,
+     "the cameras were sheared and had not moved (what holds them there?)",
+     ""},
     {{0.5, 0}, {0, 0.5}, AS_SAID, OFFSET, 0.5, "", ""},
     {{2, 0}, {0, 2}, AS_SAID, OFFSET, 2, "", ""},
     {{0.01, 0}, {0, 0.01}, AS_SAID, OFFSET, 0.01, "", ""},
@@ -172,9 +179,10 @@ static void move(const struct nearness *view, const struct scale *scale,
     const double fixed = meaning->shear == PARALLEL   ? 0
                          : meaning->shear == TO_FOCUS ? 1 / scale->focus
                                                       : said;
+    const double moved = meaning->shear == SHEAR_ALONE ? 0 : 1;
     const double times =
         scale->focal_px *
-        (scale->is_orthographic ? -nearness * fixed - 1 : fixed - nearness);
+        (scale->is_orthographic ? -nearness * fixed - moved : fixed - moved * nearness);
     by[0] = times * (meaning->x[0] * view->offset[0] + meaning->x[1] * view->offset[1]);
     by[1] = -times / scale->aspect *
             (meaning->y[0] * view->offset[0] + meaning->y[1] * view->offset[1]);

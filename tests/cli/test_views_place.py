@@ -27,17 +27,19 @@ def make(
     is_ortho=False,
     times=1,
     unit=1,
+    moves=True,
 ):
     """Discs at distances of 2 and 3 before a wall, seen from a point of the lens; of a
-    picture `times` as large, from places nearer to its middle."""
+    picture `times` as large, from places nearer to its middle. The camera moves there, or
+    only its frame does."""
     taken, said = numpy.divide(taken, times**0.5), numpy.divide(said, times**0.5)
     random = numpy.random.default_rng(5)
     y, x = (numpy.mgrid[0 : 80 * times, 0 : 120 * times] + 0.5) / times
     depth, grey = numpy.full(x.shape, 8.0), 0.5 + 0.3 * numpy.sin(x)
     for z in numpy.repeat([3, 2], 7):
-        shift = FOCAL * ((1 / shear if shear else 0) - 1 / z)
+        shift = FOCAL * ((1 / shear if shear else 0) - moves / z)
         if is_ortho:
-            shift = ORTHO_PX * ((z / shear if shear else 0) - 1)
+            shift = ORTHO_PX * ((z / shear if shear else 0) - moves)
         at_x, at_y = random.uniform(0, 1, 2) * (120, 80) + shift * numpy.array(
             [taken[0], -taken[1]]
         )
@@ -111,6 +113,12 @@ def test_shears_and_renders_that_are_none(said):
     assert "were sheared to the focus" in said(said_shear=0)
     assert "the cameras were parallel" in said(shear=0)
     assert "they are the same render" in said(take=lambda place: (0, 0))
+
+
+@pytest.mark.parametrize("is_ortho", [False, True])
+def test_cameras_that_did_not_move(said, is_ortho):
+    """Of a timeline's marker, which held a scene's camera: 24 dB for 47."""
+    assert "sheared and had not moved" in said(moves=False, is_ortho=is_ortho)
 
 
 def test_one_view_that_lies_elsewhere(said):
