@@ -9,11 +9,12 @@
  *   w_k = (e_k - g_k) / e_k, less where e_k < 1.7 g_k, 0 where e_k < 1.3 g_k
  *   out = c + sum of min(w_k, w'_k) B_k(r - c)    w'_k with G' in place of G
  *
- * and out lies between c and r, or at most half of the finer bands' grain beyond: what is
- * left of one band alone rings, and a disc of light had a dark ring. What the coarse band
- * adds, a, is given to the light that is there: c is multiplied by q = 1 + a / C, C being
- * c without its finer bands and q in 0 to MOST_GAIN, and a - C (q - 1) is added. Added
- * whole, it made black beside glints grey.
+ * and out lies between c and r, or at most half of the finer bands' grain beyond, and is
+ * no brighter than the brightest of c and r over 3 x 3 px: what is left of one band alone
+ * rings, a disc of light had a dark ring, and black beside things in grain glowed. What
+ * the coarse band adds, a, is given to the light that is there: c is multiplied by
+ * q = 1 + a / C, C being c without its finer bands and q in 0 to MOST_GAIN, and
+ * a - C (q - 1) is added. Added whole, it made black beside glints grey.
  *
  * |d|^2 is the sum of the squares over red, green and blue, of d as far as c + d or c - d
  * lies in 0 to white, which is 1 here: lamps would rule otherwise, and flipped grain of
@@ -333,28 +334,45 @@ static float share_light(float clean, float light, float added)
     return in_display(clean) * more + (added - light * more);
 }
 
+/* The most of colour c of both merges in the 3 x 3 px around each. */
+static void find_most(const struct denoise_merges *m, int c, size_t n, float *most)
+{
+    const int width = m->width, height = m->height;
+    for (size_t i = 0; i < n; i++) {
+        const int x = (int)(i % (size_t)width), y = (int)(i / (size_t)width);
+        most[i] = 0;
+        for (int v = clamp(y - 1, height - 1); v <= clamp(y + 1, height - 1); v++)
+            for (int u = clamp(x - 1, width - 1); u <= clamp(x + 1, width - 1); u++) {
+                const size_t at = (size_t)v * (size_t)width + (size_t)u;
+                const size_t k = at * (size_t)m->n_channels + (size_t)c;
+                most[i] = fmaxf(most[i], fmaxf(m->clean[k], m->grainy[k]) / m->white);
+            }
+    }
+}
+
 static void mix(const struct denoise_merges *m, const struct rooms *rooms)
 {
-    float *slack = rooms->mean_grain, *light = rooms->mean_all;
+    float *slack = rooms->mean_grain, *light = rooms->mean_all, *most = rooms->line;
     find_slack(m, rooms, slack);
     for (int c = 0; c < n_colours(m->n_channels); c++) {
         find_light(m, c, rooms, light);
         find_bands(m, m->grainy, m->clean, 0, c, rooms);
+        find_most(m, c, rooms->n, most);
         for (size_t i = 0; i < rooms->n; i++) {
             const size_t k = i * (size_t)m->n_channels + (size_t)c;
-            float beyond = (m->grainy[k] - m->clean[k]) / m->white;
+            const float clean = m->clean[k] / m->white;
+            float beyond = m->grainy[k] / m->white - clean;
             float whole = 0, sum = 0, least = 1;
             for (int b = 0; b < N_BANDS; b++) {
                 const float w = rooms->weights[b][i], part = w * rooms->bands[b][i];
-                sum += b < N_BANDS - 1
-                           ? part
-                           : share_light(m->clean[k] / m->white, light[i], part);
+                sum += b < N_BANDS - 1 ? part : share_light(clean, light[i], part);
                 whole += rooms->bands[b][i];
                 least = fminf(least, w);
             }
             beyond -= whole;
             sum = fminf(sum, fmaxf(whole, 0) + slack[i]);
             sum = fmaxf(sum, fminf(whole, 0) - slack[i]);
+            sum = fminf(sum, fmaxf(most[i] - clean, 0));
             m->clean[k] += m->white * (sum + least * beyond);
         }
     }

@@ -6,6 +6,8 @@
 #include <string.h>
 
 #include "common/report.h"
+#include "denoise/denoise_background.h"
+#include "denoise/denoise_background.h"
 #include "denoise/denoise_seeds.h"
 
 /*
@@ -255,12 +257,10 @@ static bool denoise_by_colours(struct denoiser *denoiser, struct denoise_views *
     return is_done;
 }
 
-int denoise_views(struct denoiser *denoiser, struct denoise_views *views,
-                  float *const *made, struct image_error *error)
+static int denoise_by(struct denoiser *denoiser, struct denoise_views *views,
+                      float *const *made, struct image_error *error)
 {
     const int n = views->share.n;
-    views->n_shared = 0;
-    views->have_one_seed = false;
     if (have_albedos(&views->share)) {
         const struct denoise_picture first =
             picture_of(views, 0, (float *)views->share.views[0].samples);
@@ -275,4 +275,20 @@ int denoise_views(struct denoiser *denoiser, struct denoise_views *views,
     }
     views->have_one_seed = denoise_have_one_seed(&views->share, made);
     return APP_DONE;
+}
+
+int denoise_views(struct denoiser *denoiser, struct denoise_views *views,
+                  float *const *made, struct image_error *error)
+{
+    const struct share *share = &views->share;
+    views->n_shared = 0;
+    views->have_one_seed = false;
+    const int code = denoise_by(denoiser, views, made, error);
+    for (int j = 0; j < share->n && code == APP_DONE; j++) {
+        const struct denoise_picture grainy =
+            picture_of(views, j, (float *)share->views[j].samples);
+        denoise_keep_background(&grainy, &share->views[j].guides, made[j],
+                                share->n_threads);
+    }
+    return code;
 }

@@ -13,6 +13,7 @@
 
 #include "common/report.h"
 #include "denoise/denoise.h"
+#include "denoise/denoise_background.h"
 #include "denoise/denoise_mix.h"
 #include "denoise/denoise_seeds.h"
 #include "denoise/denoise_views.h"
@@ -43,13 +44,22 @@ static int denoise_source(struct run *run, struct denoiser *denoiser,
                                             image_path(source->colour),
                                             white_of_run(run)};
     const struct denoise_files files = {run->tool->albedo_file, run->tool->normal_file};
+    const size_t n =
+        (size_t)source->width * (size_t)source->height * (size_t)source->n_channels;
+    struct denoise_picture grainy = picture;
     bool is_done =
         denoise_read_guides(source, &files, run->n_threads, &guides, run->error);
+    grainy.samples = is_done ? app_memory(n, sizeof(float), run->error) : NULL;
+    is_done = grainy.samples;
     if (is_done) {
+        memcpy(grainy.samples, samples, n * sizeof(float));
         denoise_judge_grain(denoiser, &picture, &guides);
         is_done = denoise_picture(denoiser, &picture, &guides, run->error);
     }
+    if (is_done)
+        denoise_keep_background(&grainy, &guides, samples, run->n_threads);
     denoise_free_guides(&guides);
+    free(grainy.samples);
     return code_of(run, is_done);
 }
 

@@ -188,6 +188,36 @@ def test_views_of_one_seed_are_told(clean, tmp_path):
     assert alone not in said(np.roll(grain, 4, 1))
 
 
+@pytest.mark.parametrize("n", (1, 2))
+def test_black_stays_black_around_things(clean, tmp_path, n):
+    """A lit square in focus, in grain, before nothing.
+
+    The denoiser draws some of its light one pixel beyond it, which the lens would spread.
+    """
+    height, width, rng = 90, 120, np.random.default_rng(3)
+    thing = np.zeros((height, width, 1), bool)
+    thing[30:60, 40:80] = True
+    far = np.ones(thing.shape, bool)
+    far[28:62, 38:82] = False
+    names = [*"RGBAZ", *(f"albedo.{c}" for c in "RGB"), *(f"normal.{c}" for c in "XYZ")]
+    lens = ["--focus-distance", "10", "--lens-radius", "1", "--focal-length-px", "80"]
+    paths = []
+    for i in range(n):
+        light = np.where(thing, rng.exponential(0.5, (height, width, 3)), 0)
+        planes = [light, thing, np.where(thing, 10.0, 1e10)]
+        planes += [np.where(thing, [0.7, 0.6, 0.5], 0), np.where(thing, [0, 0, 1.0], 0)]
+        facts = {"rackfocus:lensOffset": (i - (n - 1) / 2, 0.0)}
+        facts["rackfocus:shearDistance"] = 10.0
+        path = tmp_path / f"view{i}.exr"
+        pixels = np.concatenate(planes, -1)
+        paths.append(write_with(path, pixels, names, facts if n > 1 else {}))
+    out = tmp_path / "out.exr"
+    clean("filter", *paths, "-o", out, "--type", "float", "--denoise", *lens)
+    got = read(out)[0][..., :3]
+    assert 0.4 < got[35:55, 45:75].mean() < 0.6
+    assert got[far[..., 0]].max() == 0
+
+
 def test_guides_in_files_of_their_own(clean, tmp_path):
     """The same bits as beside the colour: one picture, a sequence, the own lens."""
     _, path = make_smeared(tmp_path, lambda v: v)
