@@ -109,11 +109,12 @@ struct rf_scene {
     int n_views; /* of occluders */
     /*
      * Of one view: the radii of the pixels that one surface covers, INFINITY or a share
-     * below 1 in occluders->surfaces elsewhere, in rows of whole_stride; NULL: not at
-     * hand.
+     * below 1 in occluders->surfaces elsewhere, in rows of whole_stride; the first pixel
+     * of both lies at whole_at. NULL: not at hand, or holes are wanted.
      */
     const float *whole_radius;
     size_t whole_stride;
+    int whole_at[2];
     /*
      * If not NULL, the result is not the work's: its colours, times `weight`, are added
      * to these planes of the picture's size, packed.

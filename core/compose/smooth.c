@@ -108,7 +108,7 @@ static void close_row(const struct rf_scene *scene, const struct rf_surface *own
                       const unsigned char *closed, int n, float *t, float *sum,
                       size_t plane)
 {
-    const size_t width = (size_t)scene->width;
+    const size_t width = (size_t)scene->occluders->surfaces->width;
     for (int x = 0; x < n; x++) {
         if (closed[x] == OPEN || !(t[x] > 0))
             continue;
@@ -124,25 +124,28 @@ void rf_close_smooth(const struct rf_composer *c, int tx, int ty,
                      const struct rf_tile_state *state)
 {
     const struct rf_scene *scene = c->scene;
-    if (!scene->whole_radius || !scene->fills_gaps)
+    if (!scene->whole_radius)
         return;
     const struct rf_surfaces *surfaces = scene->occluders->surfaces;
-    /* Those at the scene's border lack neighbours. */
-    int x0 = rf_max_int(tx * RF_TILE_W, 1), y0 = rf_max_int(ty * RF_TILE_H, 1);
-    int x1 = rf_min_int((tx + 1) * RF_TILE_W, scene->width - 1);
-    int y1 = rf_min_int((ty + 1) * RF_TILE_H, scene->height - 1), n = x1 - x0;
+    const int *at = scene->whole_at;
+    /* Those at the picture's border lack neighbours. */
+    int x0 = rf_max_int(tx * RF_TILE_W, rf_max_int(at[0], 0) + 1);
+    int y0 = rf_max_int(ty * RF_TILE_H, rf_max_int(at[1], 0) + 1);
+    int x1 = rf_min_int((tx + 1) * RF_TILE_W, scene->width + rf_min_int(at[0], 0) - 1);
+    int y1 = rf_min_int((ty + 1) * RF_TILE_H, scene->height + rf_min_int(at[1], 0) - 1);
+    int n = x1 - x0;
     for (int y = y0; y < y1 && n > 0; y++) {
-        size_t at = state->t_row * (size_t)(y - ty * RF_TILE_H);
+        size_t line = state->t_row * (size_t)(y - ty * RF_TILE_H);
         struct rows rows;
         unsigned char closed[RF_TILE_W];
         struct columns columns;
         bool is_open = false;
         for (int cell = 0; cell < c->canvas.n_cells; cell++)
-            is_open |= rf_is_row_open(state->t + state->t_plane * (size_t)cell + at);
+            is_open |= rf_is_row_open(state->t + state->t_plane * (size_t)cell + line);
         if (!is_open)
             continue;
         for (int k = 0; k < 3; k++) {
-            size_t row = (size_t)(y + k - 1), x = (size_t)(x0 - 1);
+            size_t row = (size_t)(y - at[1] + k - 1), x = (size_t)(x0 - at[0] - 1);
             rows.radius[k] = scene->whole_radius + scene->whole_stride * row + x;
             rows.share[k] = surfaces->share + (size_t)surfaces->width * row + x;
         }
@@ -150,12 +153,13 @@ void rf_close_smooth(const struct rf_composer *c, int tx, int ty,
         if (!find_closed(&rows, &columns, scene->radius_shift, n, closed))
             continue;
         size_t first = (size_t)(x0 - tx * RF_TILE_W);
-        const struct rf_surface *own =
-            surfaces->near + (size_t)surfaces->width * (size_t)y + (size_t)x0;
+        const struct rf_surface *own = surfaces->near +
+                                       (size_t)surfaces->width * (size_t)(y - at[1]) +
+                                       (size_t)(x0 - at[0]);
         float *sum = state->sum + state->row * (size_t)(y - ty * RF_TILE_H) + first;
         for (int cell = 0; cell < c->canvas.n_cells; cell++)
             close_row(scene, own, closed, n,
-                      state->t + state->t_plane * (size_t)cell + at + first, sum,
+                      state->t + state->t_plane * (size_t)cell + line + first, sum,
                       state->plane);
     }
 }

@@ -469,7 +469,8 @@ static rf_result composite(struct rf_deep_work *d, struct rf_work *work,
                              .hidden = hidden,
                              .occluders = &occluders,
                              .n_views = 1,
-                             .whole_radius = whole,
+                             .whole_radius =
+                                 d->frame->params.fill_hidden ? whole : NULL,
                              .whole_stride = (size_t)d->picture.width,
                              .task = work->task,
                              .progress_to = 1};

@@ -166,7 +166,7 @@ static rf_result run(struct layered *state, struct rf_work *work,
         .highlights = {state->picture.highlights, state->picture.n_highlights},
         .n_views = 1,
         .occluders = &occluders,
-        .whole_radius = radius,
+        .whole_radius = params->fill_hidden ? radius : NULL,
         .whole_stride = pixels->stride,
         .task = work->task,
         .progress_to = 1};

@@ -159,6 +159,9 @@ struct rf_view_cell {
      * other views show goes to the nearest of those pixels.
      */
     bool is_on_grid;
+    /* Near the place of its middle view, and one lens all over the picture: what is near
+     * the focus lies where that view shows it, moved by `shift` px. */
+    bool is_beside_view;
     int n_phases; /* places of its samples in a pixel, per axis */
     int shift[2];
     struct rf_drift drift;

@@ -663,6 +663,11 @@ rf_result rf_view_cell_run(struct rf_view_cell *cell, double progress_to,
                              .task = work->task,
                              .progress_to = progress_to};
     find_least(cell->v, scene.least);
+    if (work->frame->params.fill_hidden && cell->is_beside_view) {
+        scene.whole_radius = rf_plane_row(&picture->pixels, picture->pixels.radius, 0);
+        scene.whole_stride = picture->pixels.stride;
+        memcpy(scene.whole_at, cell->shift, sizeof scene.whole_at);
+    }
     int height = picture->height, n_views = work->n_views;
     int n_visible = rf_view_cell_n_own(cell) * height;
     int n_others = (n_views + (cell->hidden.at ? 1 : 0)) * height - n_visible;

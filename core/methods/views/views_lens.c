@@ -191,18 +191,19 @@ static void set_grid(struct rf_view_cell *cell)
 {
     static const double FAR = 1; /* in extents of the cell */
     const struct rf_work_view *view = &cell->v->work->views[cell->middle];
-    cell->is_on_grid = rf_view_cell_n_own(cell) == 1 && !cell->frame.apart;
+    cell->is_beside_view = !cell->frame.apart;
     for (int k = 0; k < 2; k++) {
         double sign = k ? -1 : 1; /* v is up */
         double slope = cell->centroid[k] - (double)view->lens[k] * view->shift_scale;
         double base = -sign * rf_snap_px(view->lens[k] * view->shift_bias);
         if (!(fabs(slope) <= FAR * cell->extent[k] && fabs(base) < MOST_SHIFT))
-            cell->is_on_grid = false;
+            cell->is_beside_view = false;
         else
             cell->shift[k] = (int)lrint(base);
         cell->drift.slope[k] = sign * slope;
         cell->drift.base[k] = base - cell->shift[k];
     }
+    cell->is_on_grid = cell->is_beside_view && rf_view_cell_n_own(cell) == 1;
     if (!cell->is_on_grid)
         memset(&cell->drift, 0, sizeof cell->drift);
 }
