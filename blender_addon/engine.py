@@ -43,6 +43,7 @@ from . import (
     taken,
     tap,
     unwritten,
+    veils,
     view_passes,
     views,
 )
@@ -525,6 +526,8 @@ class RackFocusEngine(bpy.types.RenderEngine):
         if render.film_transparent and params["method"] != "accumulate":
             colour = found[0][0].colour
             self._note(source, halos.why_wrong(colour, depth, made, params))
+        elif params["method"] != "accumulate":
+            self._note(source, veils.why_wrong(rendered[0][0], source))
         lights = self._lights(frame, source, (rendered, found), params, made)
         self.doing = f"Rack Focus: {params['method']}, {width} x {height}"
         views.process(made, params, found, picture[::-1], self._report, lights)

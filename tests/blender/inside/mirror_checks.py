@@ -210,3 +210,64 @@ def mirrored_light_loses_the_grain_that_the_picture_lost():
     layer = passes.Layer(noisy, one, seen=module.Seen((mirrored,) * 2, (), none))
     light, _ = module.lights_of(made, layer, params, 0, 1)[0]
     assert np.array_equal(light, noisy / 2)
+
+
+# ---- what is partly transparent ---------------------------------------------------
+
+
+def _pane(material, alpha):
+    """Makes a material a lit surface of an alpha; returns its Principled BSDF."""
+    nodes, links = material.node_tree.nodes, material.node_tree.links
+    nodes.clear()
+    pane, out = nodes.new("ShaderNodeBsdfPrincipled"), "ShaderNodeOutputMaterial"
+    links.new(pane.outputs[0], nodes.new(out).inputs["Surface"])
+    pane.inputs["Alpha"].default_value = alpha
+    pane.inputs["Base Color"].default_value = (0.8, 0.4, 0.1, 1)
+    return pane
+
+
+def _sun(scene):
+    """Light for what does not glow by itself."""
+    sun = bpy.data.objects.new("sun", bpy.data.lights.new("sun", "SUN"))
+    sun.data.energy, sun.rotation_euler = 4, (0.6, 0.3, 0.2)
+    scene.collection.objects.link(sun)
+
+
+def _said_of_veils(scene):
+    """Was it told that something before the sky has no depth?"""
+    return "partly transparent" in last_message(scene)
+
+
+@check
+def veils_before_the_sky_are_told():
+    """Told where the depth leaves them out, and what is said helps; opaque ones are not."""
+    scene, data = start(clean_edges=True)
+    _sun(scene)
+    veils = [o for o in scene.objects if o.type == "MESH"][::2]
+    panes = [_pane(o.material_slots[0].material, 1) for o in veils]
+    shot(scene, "veil.exr")
+    assert not _said_of_veils(scene), last_message(scene)
+    for pane in panes:
+        pane.inputs["Alpha"].default_value = 0.3
+    scene.cycles.samples, data.dof.use_dof = 256, True
+    data.rack_focus.enabled = False
+    own = shot(scene, "veil.exr")[..., :3]
+    data.dof.use_dof, scene.cycles.seed = False, 7
+    data.rack_focus.enabled = True
+    scores = {}
+    for threshold in (0.5, 0.01):
+        scene.view_layers[0].pass_alpha_threshold = threshold
+        scores[threshold] = common.tpsnr(shot(scene, "veil.exr")[..., :3], own)
+        assert _said_of_veils(scene) == (threshold == 0.5), last_message(scene)
+    assert scores[0.01] > scores[0.5] + 3, scores
+    scene.view_layers[0].pass_alpha_threshold = 0.5
+    wall = common.emitter("wall", (0.2, 0.3, 0.4), 60, (0, 50, 0))
+    shot(scene, "veil.exr")
+    assert not _said_of_veils(scene), last_message(scene)
+    bpy.data.objects.remove(wall)
+    shot(scene, "veil.exr")
+    assert _said_of_veils(scene), last_message(scene)
+    for pane in panes:  # as hair does, what is opaque may cover little of its pixels
+        pane.inputs["Alpha"].default_value = 1
+    bpy.context.view_layer.update()
+    assert not addon("veils").why_wrong(common.kept(scene)[0][0], scene)

@@ -1,0 +1,61 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Panes, plastics and veils before a plain sky.
+
+Cycles' depth leaves a surface out where its alpha lies below the view layer's Passes > Data >
+Alpha Threshold (0.5). Before the sky such a surface is then blurred like that: cubes of which
+half had an alpha of 0.3 scored 34.3 dB (own lens 43.1), with a threshold of 0.01 40.4. Before
+other things nothing is lost (alphas of 0.05 to 0.9 before a checker 33.4 to 35.0, opaque cubes
+33.1, and 30.5 to 33.4 with that threshold), so that materials alone do not tell. The picture
+does by Cycles' Denoising Depth, which has something where the depth has nothing; but so it
+is with hair that covers little of its pixels. Both together are told. What a volume leaves
+without depth is told by fog.py, and what a transparent film shows by halos.py.
+"""
+
+import numpy as np
+
+from . import compat, fog, sets, setup, shining, walked
+from .passes import NOTHING_HIT
+
+LEAST = 0.002  # of the picture; 25 scenes without veils had at most 0.0003
+TOLD = (
+    "something partly transparent before the sky has no depth, and is blurred like the sky: "
+    "set View Layer > Passes > Data > Alpha Threshold to 0.01"
+)
+
+
+def why_wrong(layer, scene):
+    """What the user is told of a passes.Layer of a scene; "": nothing."""
+    if layer.rays is None or share_left_out(layer) <= LEAST:
+        return ""
+    return TOLD if walked.once(_has_veils, scene) and not fog.has_volume(scene) else ""
+
+
+def share_left_out(layer):
+    """Of a picture, pixels that show something without depth, as all eight around do."""
+    is_left_out = np.pad((layer.depth >= NOTHING_HIT) & (layer.rays > 0), 1)
+    height, width = layer.depth.shape
+    inside = np.ones((height, width), bool)
+    for y, x in np.ndindex(3, 3):
+        inside &= is_left_out[y : y + height, x : x + width]
+    return inside.mean()
+
+
+def _has_veils(scene):
+    """Does a render of a scene show a material whose alpha may be below a threshold?"""
+    most = max(layer.pass_alpha_threshold for layer in scene.view_layers)
+    items = [item for layer in sets.layers_of(scene) for item in layer.objects]
+    materials = set().union(*map(shining.materials_of, items))
+    return any(_is_veil(material, most) for material in materials)
+
+
+def _is_veil(material, most):
+    """Do the nodes of a material, or groups in them, let light through, and hide some?"""
+    is_used = compat.HAS_NODE_GROUPS or material.use_nodes  # always, from 5.0 on
+    if not is_used or material.node_tree is None:
+        return False
+    nodes = [n for tree in setup.with_groups(material.node_tree) for n in tree.nodes]
+    nodes = [node for node in nodes if not node.mute]
+    alphas = [n.inputs["Alpha"] for n in nodes if n.type == "BSDF_PRINCIPLED"]
+    has_alpha = any(a.is_linked or 0 < a.default_value < most for a in alphas)
+    has_hole = any(node.type == shining.HOLE for node in nodes)
+    return has_alpha or (has_hole and any(node.type == "MIX_SHADER" for node in nodes))
