@@ -9,6 +9,9 @@ other things nothing is lost (alphas of 0.05 to 0.9 before a checker 33.4 to 35.
 does by Cycles' Denoising Depth, which has something where the depth has nothing; but so it
 is with hair that covers little of its pixels. Both together are told. What a volume leaves
 without depth is told by fog.py, and what a transparent film shows by halos.py.
+
+Where an alpha lies around the threshold (a picture on a plane) single pixels are holes: a
+stranger's file scored 30.0 dB, its sharp picture 33.9, with a threshold of 0.01 36.9.
 """
 
 import numpy as np
@@ -21,11 +24,16 @@ TOLD = (
     "something partly transparent before the sky has no depth, and is blurred like the sky: "
     "set View Layer > Passes > Data > Alpha Threshold to 0.01"
 )
+# Holes: of the eight pixels around, those with a depth, and the length of rays over theirs.
+# Of 30 scenes without veils or volumes at most 0.00001 of the picture, of that file 0.002.
+LEAST_AROUND, LEAST_RAYS, LEAST_HOLES = 6, 0.95, 0.0005
 
 
 def why_wrong(layer, scene):
     """What the user is told of a passes.Layer of a scene; "": nothing."""
-    if layer.rays is None or share_left_out(layer) <= LEAST:
+    if layer.rays is None:
+        return ""
+    if share_left_out(layer) <= LEAST and share_of_holes(layer) <= LEAST_HOLES:
         return ""
     return TOLD if walked.once(_has_veils, scene) and not fog.has_volume(scene) else ""
 
@@ -40,15 +48,29 @@ def share_left_out(layer):
     return inside.mean()
 
 
+def share_of_holes(layer):
+    """Of a picture, pixels without depth in the middle of a surface that their rays hit."""
+    is_hit = layer.depth < NOTHING_HIT
+    n_hit, rays = _sum_around(is_hit), _sum_around(np.where(is_hit, layer.rays, 0))
+    is_hole = ~is_hit & (n_hit >= LEAST_AROUND) & (rays > 0)
+    return (is_hole & (layer.rays * n_hit > LEAST_RAYS * rays)).mean()
+
+
+def _sum_around(plane):
+    """Sums over the eight pixels around each."""
+    wide = np.pad(plane, 1).astype(np.float32)
+    rows = wide[:-2] + wide[1:-1] + wide[2:]
+    return rows[:, :-2] + rows[:, 1:-1] + rows[:, 2:] - wide[1:-1, 1:-1]
+
+
 def _has_veils(scene):
-    """Does a render of a scene show a material whose alpha may be below a threshold?"""
-    most = max(layer.pass_alpha_threshold for layer in scene.view_layers)
+    """Does a render of a scene show a material that may be partly transparent?"""
     items = [item for layer in sets.layers_of(scene) for item in layer.objects]
     materials = set().union(*map(shining.materials_of, items))
-    return any(_is_veil(material, most) for material in materials)
+    return any(map(_is_veil, materials))
 
 
-def _is_veil(material, most):
+def _is_veil(material):
     """Do the nodes of a material, or groups in them, let light through, and hide some?"""
     is_used = compat.HAS_NODE_GROUPS or material.use_nodes  # always, from 5.0 on
     if not is_used or material.node_tree is None:
@@ -56,6 +78,6 @@ def _is_veil(material, most):
     nodes = [n for tree in setup.with_groups(material.node_tree) for n in tree.nodes]
     nodes = [node for node in nodes if not node.mute]
     alphas = [n.inputs["Alpha"] for n in nodes if n.type == "BSDF_PRINCIPLED"]
-    has_alpha = any(a.is_linked or 0 < a.default_value < most for a in alphas)
+    has_alpha = any(a.is_linked or 0 < a.default_value < 1 for a in alphas)
     has_hole = any(node.type == shining.HOLE for node in nodes)
     return has_alpha or (has_hole and any(node.type == "MIX_SHADER" for node in nodes))

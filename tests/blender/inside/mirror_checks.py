@@ -271,3 +271,31 @@ def veils_before_the_sky_are_told():
         pane.inputs["Alpha"].default_value = 1
     bpy.context.view_layer.update()
     assert not addon("veils").why_wrong(common.kept(scene)[0][0], scene)
+
+
+@check
+def holes_of_soft_pictures_are_told():
+    """A picture on a plane whose alpha lies around the threshold; not one that is opaque."""
+    scene, _ = start(clean_edges=True)
+    for item in [o for o in scene.objects if o.type == "MESH"]:
+        bpy.data.objects.remove(item)
+    _sun(scene)
+    picture = common.emitter("picture", (1, 1, 1), 1, (0, 3, 0))
+    picture.scale = (0.9, 0.01, 0.9)
+    material = picture.material_slots[0].material
+    pane, tree = _pane(material, 1), material.node_tree
+    noise = tree.nodes.new("ShaderNodeTexNoise")
+    soft = tree.nodes.new("ShaderNodeMapRange")
+    noise.inputs["Scale"].default_value = 90
+    for name, value in {"From Min": 0.3, "From Max": 0.6, "To Min": 0.3}.items():
+        soft.inputs[name].default_value = value
+    tree.links.new(noise.outputs[0], soft.inputs[0])
+    shot(scene, "soft.exr")
+    assert not _said_of_veils(scene), last_message(scene)
+    tree.links.new(soft.outputs[0], pane.inputs["Alpha"])
+    scene.cycles.samples = 16
+    shot(scene, "soft.exr")
+    assert _said_of_veils(scene), last_message(scene)
+    scene.view_layers[0].pass_alpha_threshold = 0.01
+    shot(scene, "soft.exr")
+    assert not _said_of_veils(scene), last_message(scene)
