@@ -47,56 +47,73 @@ spread_segment(float *a, float *b, const float *weight, int n, vf factor,
     } while (n > 0);
 }
 
-/* Of a segment; without factors it is 1. */
-static inline __attribute__((always_inline)) vf factor_of(const float *factors,
-                                                          const struct rf_segment *g)
-{
-    return factors ? SPLAT(factors[g->cell]) : SPLAT(1);
-}
+/* Segments of a footprint whose rows are in the tile, each from one up to another. */
+struct rows {
+    const struct rf_segment *first, *last;    /* all of them */
+    const struct rf_segment *pair, *middle;   /* those that others mirror there */
+    const struct rf_segment *from[2], *to[2]; /* all but these and what mirrors them */
+};
 
-/* Spreads n_splats neighbours with one footprint and the factors of one slant, the first
- * at (x, y) of the tile; with is_inside all of its rows are. */
-static inline __attribute__((always_inline)) void
-spread_rows(float *base, vf value[][RF_MAX_PLANES], int n_splats,
-            const struct rf_footprint *f, const float *factors, int y, int n_planes,
-            bool is_summed, bool is_inside)
+/* Of a sample in row y of the tile. */
+static inline struct rows rows_in_tile(const struct rf_footprint *f, int y)
 {
-    const ptrdiff_t row_size = n_planes * RF_ACC_STRIDE;
-    const float *weights = f->weights;
-    const struct rf_segment *g = f->segments, *end = g + f->n_segments;
-    for (const struct rf_segment *middle = g + f->n_mirrored; g < middle; g++) {
-        ptrdiff_t down = row_size * g->dy;
-        float *a = base + row_size * g->row + g->dx, *b = a - 2 * down;
-        bool has_a = is_inside || (unsigned)(y + g->dy) < RF_TILE_H;
-        bool has_b = is_inside || (unsigned)(y - g->dy) < RF_TILE_H;
-        if (has_a && has_b)
-            spread_segment(a, b, weights + g->weight, g->n, SPLAT(1), value, n_splats,
-                           n_planes, is_summed);
-        else if (has_a || has_b)
-            spread_segment(has_a ? a : b, NULL, weights + g->weight, g->n, SPLAT(1),
-                           value, n_splats, n_planes, is_summed);
+    const struct rf_segment *all = f->segments, *end = all + f->n_segments;
+    struct rows r = {.first = all, .last = end, .middle = all + f->n_mirrored};
+    if (y + f->min_dy < 0)
+        while (r.first < r.last && y + r.first->dy < 0)
+            r.first++;
+    if (y + f->max_dy >= RF_TILE_H)
+        while (r.last > r.first && y + r.last[-1].dy >= RF_TILE_H)
+            r.last--;
+    ptrdiff_t above = r.first - all, below = end - r.last;
+    ptrdiff_t out = above > below ? above : below;
+    r.from[0] = r.first;
+    r.to[0] = r.last;
+    if (out >= f->n_mirrored) { /* no row is there with its mirror */
+        r.pair = r.middle;
+        r.from[1] = r.to[1] = end;
+        return r;
     }
-    for (end -= f->n_mirrored; g < end; g++)
-        if (is_inside || (unsigned)(y + g->dy) < RF_TILE_H)
-            spread_segment(base + row_size * g->row + g->dx, NULL, weights + g->weight,
-                           g->n, factor_of(factors, g), value, n_splats, n_planes,
-                           is_summed);
+    r.pair = all + out;
+    if (above > below)
+        r.from[0] = end - out;
+    else
+        r.to[0] = r.pair;
+    r.from[1] = r.middle;
+    r.to[1] = end - f->n_mirrored;
+    return r;
 }
 
+/*
+ * Spreads n_splats neighbours with one footprint and the factors of one slant, the first
+ * at (x, y) of the tile. Each call of spread_segment() becomes code for every number of
+ * planes and of splats: more than three would cost compilers half of their time.
+ */
 static inline __attribute__((always_inline)) void
 spread_values(float *origin, vf value[][RF_MAX_PLANES], int n_splats,
               const struct rf_footprint *f, const float *factors, int x, int y,
               int n_planes, bool is_summed)
 {
-    float *base = origin + n_planes * RF_ACC_STRIDE * (ptrdiff_t)y + x;
-    bool is_inside = y + f->min_dy >= 0 && y + f->max_dy < RF_TILE_H;
-    if (!factors && is_inside)
-        spread_rows(base, value, n_splats, f, NULL, y, n_planes, is_summed, true);
-    else if (!factors)
-        spread_rows(base, value, n_splats, f, NULL, y, n_planes, is_summed, false);
-    else
-        spread_rows(base, value, n_splats, f, factors, y, n_planes, is_summed,
-                    is_inside);
+    const ptrdiff_t row_size = n_planes * RF_ACC_STRIDE;
+    float *base = origin + row_size * y + x;
+    const struct rows r = rows_in_tile(f, y);
+    if (factors && !f->is_common) { /* of what is common they are 1 */
+        for (const struct rf_segment *g = r.first; g < r.last; g++)
+            spread_segment(base + row_size * g->row + g->dx, NULL,
+                           f->weights + g->weight, g->n, SPLAT(factors[g->cell]), value,
+                           n_splats, n_planes, is_summed);
+        return;
+    }
+    for (const struct rf_segment *g = r.pair; g < r.middle; g++) {
+        float *a = base + row_size * g->row + g->dx;
+        spread_segment(a, a - 2 * row_size * g->dy, f->weights + g->weight, g->n,
+                       SPLAT(1), value, n_splats, n_planes, is_summed);
+    }
+    for (int i = 0; i < 2; i++)
+        for (const struct rf_segment *g = r.from[i]; g < r.to[i]; g++)
+            spread_segment(base + row_size * g->row + g->dx, NULL,
+                           f->weights + g->weight, g->n, SPLAT(1), value, n_splats,
+                           n_planes, is_summed);
 }
 
 /* Samples side by side with one footprint. */

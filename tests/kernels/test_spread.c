@@ -51,6 +51,9 @@ static void places_spread_as_splats_do(void)
 
 enum { N_RUN = 33, RUN_X = 20, N_SHORT = 7 /* no convolution */ };
 
+/* Row of the tile that the runs are in. */
+static int run_y = 10;
+
 /* Spreads a part of a run of one footprint over the tile from column x0 on, as splats
  * or as one place. */
 static void spread_run_at(struct workspace *w, int x0, int slot, int start, int end,
@@ -74,9 +77,9 @@ static void spread_run_at(struct workspace *w, int x0, int slot, int start, int 
     struct rf_spread_sums *acc = make_accumulator(w, 5);
     const struct rf_kernels *k = rf_kernels_at(0);
     if (as_place)
-        k->spread_places(acc, &place, 1, &tile, given.pointers, x0, 50);
+        k->spread_places(acc, &place, 1, &tile, given.pointers, x0, 60 - run_y);
     else
-        k->spread(acc, splats, n, given.pointers, x0, 50);
+        k->spread(acc, splats, n, given.pointers, x0, 60 - run_y);
 }
 
 static void spread_run(struct workspace *w, int slot, int start, int end, bool as_place)
@@ -188,11 +191,14 @@ static void places_of_runs_spread_as_their_splats_do(void)
     }
 }
 
-/* What is known of a footprint's weights does not change what it leaves. */
+/* What is known of a footprint's weights does not change what it leaves, also where
+ * rows, or all that mirror others, are beyond the tile. */
 static void mirrored_footprints_spread_as_others_do(void)
 {
-    for (int i = 0; i < 2 * N_FOOTPRINTS; i++) {
-        int slot = i / 2;
+    static const int ROWS[] = {-2, 4, 10, 16, 29, 33};
+    for (int i = 0; i < 2 * 6 * N_FOOTPRINTS; i++) {
+        int slot = i / 2 % N_FOOTPRINTS;
+        run_y = ROWS[i / 2 / N_FOOTPRINTS];
         struct rf_footprint *f = &given.footprints[slot], kept = *f;
         spread_run(&first, slot, 0, N_SHORT, i % 2);
         f->is_even = false;
@@ -206,6 +212,7 @@ static void mirrored_footprints_spread_as_others_do(void)
         *f = kept;
         check_near();
     }
+    run_y = 10;
 }
 
 int main(int argc, char **argv)
