@@ -10,6 +10,9 @@ import bpy
 import numpy as np
 
 V = bpy.app.version
+# 4.2 and 4.5, which go the way of 3.4 or of 5.0 (compat.py): what takes many renders is
+# asked of those.
+IS_BETWEEN = (4, 2, 0) <= V < (5, 0, 0)
 IS_EXTENSION = V >= (4, 2, 0)
 MODULE = "bl_ext.user_default.rack_focus" if IS_EXTENSION else "rack_focus"
 KINDS = (
