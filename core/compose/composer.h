@@ -87,4 +87,11 @@ struct rf_groups {
     struct rf_arena arena;
 };
 
+/* The lists of visible samples and of hidden ones. */
+struct rf_lists {
+    struct rf_groups groups[2];
+    unsigned char *needed[2]; /* as in the composer; NULL: there are no samples */
+    size_t n_footprints;      /* that slots are counted among; 0: not made */
+};
+
 #endif

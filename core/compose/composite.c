@@ -43,6 +43,7 @@
 #include "base/pool.h"
 #include "base/task.h"
 #include "compose/coarse_levels.h"
+#include "compose/common.h"
 #include "compose/composer.h"
 #include "compose/composite_tiles.h"
 #include "compose/footprint.h"
@@ -115,29 +116,34 @@ static rf_result run_group(struct rf_composer *c, const struct rf_group *g,
 struct set {
     const struct rf_samples *samples;
     const struct rf_source *source;
-    struct rf_groups groups;
+    struct rf_groups *groups;
+    unsigned char **needed; /* footprints, once they are built */
 };
 
-/* Builds the lists of a set and the footprints that they need. */
-static rf_result build_set(struct rf_composer *c, struct set *set, double lists_to,
-                           double footprints_to, struct rf_error *error)
+/* Builds the lists of a set, if another colour has not, and the footprints that they
+ * need. */
+static rf_result build_set(struct rf_composer *c, const struct set *set,
+                           double lists_to, double footprints_to,
+                           struct rf_error *error)
 {
     struct rf_task *task = c->scene->task;
-    set->groups.n = 0;
+    rf_result result = RF_OK;
     if ((set->samples->n == 0 && !set->source->emission) || rf_task_is_cancelled(task))
         return RF_OK;
-    rf_result result =
-        rf_groups_build(&set->groups, c, set->samples, set->source, lists_to, error);
-    if (result == RF_OK)
+    if (!*set->needed) {
         result =
-            rf_footprints_build(c->footprints, c->needed, task, footprints_to, error);
-    rf_free(c->context, c->needed);
-    c->needed = NULL;
+            rf_groups_build(set->groups, c, set->samples, set->source, lists_to, error);
+        *set->needed = c->needed;
+        c->needed = NULL;
+    }
+    if (result == RF_OK)
+        result = rf_footprints_build(c->footprints, *set->needed, task, footprints_to,
+                                     error);
     return result;
 }
 
 /* The same of both sets, in a fifth of the time up to progress_to. */
-static rf_result build_sets(struct rf_composer *c, struct set sets[2],
+static rf_result build_sets(struct rf_composer *c, const struct set sets[2],
                             double progress_to, struct rf_error *error)
 {
     double from = c->scene->task->to, room = progress_to - from;
@@ -149,10 +155,21 @@ static rf_result build_sets(struct rf_composer *c, struct set sets[2],
     return result;
 }
 
-static void free_sets(const struct rf_composer *c, struct set sets[2])
+/* Frees the lists unless the next colour will ask for them. */
+static void free_sets(const struct rf_composer *c, struct rf_lists *lists)
 {
-    for (int k = 0; k < 2; k++)
-        rf_groups_free(&sets[k].groups, c);
+    if (!c->scene->common || !c->scene->common->has_lists)
+        rf_lists_free(lists, c->context);
+}
+
+/* Drops lists whose slots are others than this composer's: footprints that stayed with a
+ * context may be for more radii than they were asked for. */
+static void check_lists(const struct rf_composer *c, struct rf_lists *lists)
+{
+    size_t n = rf_footprint_count(c->footprints);
+    if (lists->n_footprints != n)
+        rf_lists_free(lists, c->context);
+    lists->n_footprints = n;
 }
 
 static int order_of(const struct rf_group *g)
@@ -163,23 +180,23 @@ static int order_of(const struct rf_group *g)
 /* The set whose next group is composited; at[k] of set k are. */
 static int next_set(const struct set sets[2], const int at[2])
 {
-    if (at[0] == sets[0].groups.n || at[1] == sets[1].groups.n)
-        return at[0] == sets[0].groups.n;
-    return order_of(&sets[1].groups.at[at[1]]) + LEVELS_BEHIND <
-           order_of(&sets[0].groups.at[at[0]]);
+    if (at[0] == sets[0].groups->n || at[1] == sets[1].groups->n)
+        return at[0] == sets[0].groups->n;
+    return order_of(&sets[1].groups->at[at[1]]) + LEVELS_BEHIND <
+           order_of(&sets[0].groups->at[at[0]]);
 }
 
 /* Both sets, whose lists are built. */
 static rf_result run_sets(struct rf_composer *c, const struct set sets[2],
                           double progress_to, struct rf_error *error)
 {
-    const int n = sets[0].groups.n + sets[1].groups.n;
+    const int n = sets[0].groups->n + sets[1].groups->n;
     double from = c->scene->task->to, room = progress_to - from;
     int at[2] = {0, 0};
     rf_result result = RF_OK;
     for (int i = 0; i < n && result == RF_OK; i++) {
         int k = next_set(sets, at);
-        result = run_group(c, &sets[k].groups.at[at[k]++], k == 0,
+        result = run_group(c, &sets[k].groups->at[at[k]++], k == 0,
                            from + (i + 1) * room / n, error);
     }
     return result;
@@ -361,20 +378,20 @@ static void run_lone_tiles(void *data, int64_t begin, int64_t end, int thread)
 }
 
 /* Sets without coarse levels: every tile is finished at once, without a canvas. */
-static rf_result run_tiles(struct rf_composer *c, struct set sets[2],
-                           const struct rf_crop *crop, double progress_to,
-                           struct rf_error *error)
+static rf_result run_tiles(struct rf_composer *c, const struct set sets[2],
+                           struct rf_lists *lists, const struct rf_crop *crop,
+                           double progress_to, struct rf_error *error)
 {
     struct rf_task *task = c->scene->task;
     const struct rf_group *at[2], g = rf_group_make(c, 0, false);
     rf_result result = build_sets(c, sets, progress_to, error);
     for (int k = 0; k < 2; k++)
-        at[k] = sets[k].groups.n > 0 ? sets[k].groups.at : NULL;
+        at[k] = sets[k].groups->n > 0 ? sets[k].groups->at : NULL;
     rf_task_phase(task, progress_to, (int64_t)g.n_x * g.n_y);
     struct finishing f = {c, crop, at, g};
     if (result == RF_OK)
         rf_parallel(c->context, (int64_t)g.n_x * g.n_y, 1, run_lone_tiles, &f);
-    free_sets(c, sets);
+    free_sets(c, lists);
     return result;
 }
 
@@ -440,15 +457,16 @@ static rf_result begin_gaps(struct rf_composer *c, const struct rf_crop *crop,
 }
 
 /* Both sets, on a canvas. */
-static rf_result run_canvas(struct rf_composer *c, struct set sets[2],
-                            double progress_to, struct rf_error *error)
+static rf_result run_canvas(struct rf_composer *c, const struct set sets[2],
+                            struct rf_lists *lists, double progress_to,
+                            struct rf_error *error)
 {
     rf_result result = allocate_canvas(c, error);
     if (result == RF_OK)
         result = build_sets(c, sets, progress_to, error);
     if (result == RF_OK)
         result = run_sets(c, sets, progress_to, error);
-    free_sets(c, sets);
+    free_sets(c, lists);
     if (result == RF_OK)
         rf_begin_canvas(c);
     return result;
@@ -489,20 +507,24 @@ rf_result rf_composite_crop(struct rf_scene *scene, struct rf_work *work,
         result = allocate(&c, error);
     }
     rf_task_poll(scene->task);
-    struct set sets[2] = {
-        {.samples = &scene->visible, .source = &scene->visible_source},
-        {.samples = &scene->hidden, .source = &scene->hidden_source}};
+    struct rf_lists own_lists = {.n_footprints = 0};
+    struct rf_lists *lists = scene->common ? &scene->common->lists : &own_lists;
+    const struct set sets[2] = {
+        {&scene->visible, &scene->visible_source, &lists->groups[0], &lists->needed[0]},
+        {&scene->hidden, &scene->hidden_source, &lists->groups[1], &lists->needed[1]}};
+    if (result == RF_OK)
+        check_lists(&c, lists);
     bool is_local = !gives_canvas && is_fine(&c, &sets[0]) && is_fine(&c, &sets[1]);
     double most = from + (1 - kept) * room;
     if (result == RF_OK && !is_local)
-        result = run_canvas(&c, sets, most, error);
+        result = run_canvas(&c, sets, lists, most, error);
     struct rf_crop crop = {.x = 0};
     if (result == RF_OK)
         crop = crop_of(&c, work);
     if (result == RF_OK && scene->fills_gaps)
         result = begin_gaps(&c, &crop, error);
     if (result == RF_OK && is_local)
-        result = run_tiles(&c, sets, &crop, most, error);
+        result = run_tiles(&c, sets, lists, &crop, most, error);
     else if (result == RF_OK)
         finish(&c, &crop);
     if (result == RF_OK && c.gaps)

@@ -50,6 +50,7 @@
 #include "base/parallel.h"
 #include "base/pool.h"
 #include "base/task.h"
+#include "compose/common.h"
 #include "compose/footprint.h"
 #include "compose/footprint_shelf.h"
 #include "compose/light_list.h"
@@ -684,11 +685,26 @@ static rf_result build_footprints(struct highlights *h, struct rf_footprints *f,
     return result;
 }
 
+/* What stands before lights is the same in all colours: the first one builds it. */
+static rf_result build_layers(struct highlights *h, struct rf_error *error)
+{
+    struct rf_common *common = h->scene->common;
+    if (common && common->layers.at) {
+        h->layers = common->layers;
+        h->layers.scene = h->scene;
+        return RF_OK;
+    }
+    rf_result result = rf_occluder_layers_build(&h->layers, error);
+    if (common)
+        common->layers = h->layers;
+    return result;
+}
+
 static rf_result run(struct highlights *h, struct rf_error *error)
 {
     struct rf_task *task = h->scene->task;
     double progress_to = h->scene->progress_to;
-    rf_result result = rf_occluder_layers_build(&h->layers, error);
+    rf_result result = build_layers(h, error);
     rf_task_poll(task);
     double built_at = task->to + 0.2 * (progress_to - task->to);
     if (result == RF_OK && h->lone.are)
@@ -757,7 +773,8 @@ rf_result rf_add_highlights(const struct rf_scene *scene, const struct rf_crop *
         result = rf_fail_memory(error, samples->n, sizeof *h.shades);
     if (result == RF_OK)
         result = run(&h, error);
-    rf_occluder_layers_free(layers);
+    if (!scene->common)
+        rf_occluder_layers_free(layers, context);
     rf_free(context, h.shades);
     rf_footprints_put(h.footprints, &own);
     rf_footprints_put(h.of_points, &own_of_points);

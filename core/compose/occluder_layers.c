@@ -265,9 +265,9 @@ rf_result rf_occluder_layers_build(struct rf_occluder_layers *l, struct rf_error
     return RF_OK;
 }
 
-void rf_occluder_layers_free(struct rf_occluder_layers *l)
+void rf_occluder_layers_free(struct rf_occluder_layers *l,
+                             const struct rf_context *context)
 {
-    const struct rf_context *context = l->scene->frame->context;
     rf_free(context, l->memory);
     rf_free(context, l->at);
 }

@@ -6,6 +6,7 @@
 
 #include <stddef.h>
 
+#include "base/context.h"
 #include "compose/scene.h"
 #include "kernels/data.h"
 #include "rackfocus/rackfocus.h"
@@ -43,6 +44,7 @@ struct rf_occluder_layers {
  * to be freed in any case. */
 rf_result rf_occluder_layers_build(struct rf_occluder_layers *layers,
                                    struct rf_error *error);
-void rf_occluder_layers_free(struct rf_occluder_layers *layers);
+void rf_occluder_layers_free(struct rf_occluder_layers *layers,
+                             const struct rf_context *context);
 
 #endif

@@ -586,8 +586,17 @@ rf_result rf_groups_build(struct rf_groups *groups, struct rf_composer *c,
     return result;
 }
 
-void rf_groups_free(struct rf_groups *groups, const struct rf_composer *c)
+void rf_groups_free(struct rf_groups *groups, const struct rf_context *context)
 {
     rf_arena_free(&groups->arena);
-    rf_free(c->context, groups->tiles);
+    rf_free(context, groups->tiles);
+}
+
+void rf_lists_free(struct rf_lists *lists, const struct rf_context *context)
+{
+    for (int k = 0; k < 2; k++) {
+        rf_groups_free(&lists->groups[k], context);
+        rf_free(context, lists->needed[k]);
+    }
+    *lists = (struct rf_lists){.n_footprints = 0};
 }

@@ -3,6 +3,7 @@
 #ifndef RF_COMPOSE_SAMPLE_LISTS_H
 #define RF_COMPOSE_SAMPLE_LISTS_H
 
+#include "base/context.h"
 #include "compose/composer.h"
 #include "compose/scene.h"
 #include "rackfocus/rackfocus.h"
@@ -17,6 +18,9 @@ rf_result rf_groups_build(struct rf_groups *groups, struct rf_composer *c,
                           const struct rf_source *source, double progress_to,
                           struct rf_error *error);
 
-void rf_groups_free(struct rf_groups *groups, const struct rf_composer *c);
+void rf_groups_free(struct rf_groups *groups, const struct rf_context *context);
+
+/* Frees both lists, which are as at first then. */
+void rf_lists_free(struct rf_lists *lists, const struct rf_context *context);
 
 #endif

@@ -123,6 +123,9 @@ struct rf_scene {
     float weight;
     /* Of each place, instead of `weight`; NULL: the same everywhere. */
     const struct rf_light_map *weights;
+    /* What the colours of a picture have in common, which stays with the caller
+     * (rf_common_free()); NULL: there is one picture. */
+    struct rf_common *common;
     struct rf_task *task;
     double progress_to; /* fraction that this part ends at */
 };

@@ -26,7 +26,11 @@ enum {
 #else
     VECTORS = 1,
 #endif
+    /* The same of one colour alone, which has sums for so many. */
+    LONE_VECTORS = 2 * VECTORS,
+    MOST_SUMS = RF_MAX_PLANES * VECTORS, /* of all planes */
 };
+_Static_assert((int)RF_LONE_PLANES *LONE_VECTORS <= MOST_SUMS, "room for sums");
 
 /* A run of samples as planes of the tile's columns; zero beside it. */
 struct run_planes {
@@ -70,14 +74,17 @@ static inline void clear_run(struct run_planes *run, int n_planes)
                (size_t)(run->to - run->from) * sizeof(float));
 }
 
-static inline __attribute__((always_inline)) void
-add_to_row(float *row, vf sum[][VECTORS], vf cover, int n_planes, bool is_full,
-           int n_vectors)
+static inline __attribute__((always_inline)) void add_to_row(float *row, const vf *sum,
+                                                             vf cover, int n_planes,
+                                                             bool is_full,
+                                                             int n_vectors)
 {
     for (int p = 0; p < n_planes; p++)
         for (int i = 0; i < n_vectors; i++) {
             float *at = row + p * RF_ACC_STRIDE + LANES * i;
-            STORE(at, LOAD(at) + (is_full && p == n_planes - 1 ? cover : sum[p][i]));
+            STORE(at,
+                  LOAD(at) +
+                      (is_full && p == n_planes - 1 ? cover : sum[p * n_vectors + i]));
         }
 }
 
@@ -92,12 +99,13 @@ convolve_even(const struct run_planes *run, float *origin, const struct rf_footp
 {
     const ptrdiff_t row_size = n_planes * RF_ACC_STRIDE;
     const int n_summed = is_full ? n_planes - 1 : n_planes;
-    vf both[RF_TILE_HALO + 1][RF_MAX_PLANES][VECTORS];
+    vf both[RF_TILE_HALO + 1][MOST_SUMS];
     for (int k = 0; k <= f->max_dx; k++)
         for (int p = 0; p < n_summed; p++)
             for (int i = 0; i < n_vectors; i++) {
                 const float *c = run->at[p] + RUN_LEFT + x + LANES * i;
-                both[k][p][i] = k == 0 ? LOAD(c) : LOAD(c - k) + LOAD(c + k);
+                both[k][p * n_vectors + i] =
+                    k == 0 ? LOAD(c) : LOAD(c - k) + LOAD(c + k);
             }
     for (int r = 0; r < f->n_segments - f->n_mirrored; r++) {
         const struct rf_segment *g = &f->segments[r];
@@ -107,14 +115,15 @@ convolve_even(const struct run_planes *run, float *origin, const struct rf_footp
         if (!has_above && !has_below)
             continue;
         const float *weight = f->weights + g->weight - g->dx;
-        vf sum[RF_MAX_PLANES][VECTORS];
+        vf sum[MOST_SUMS];
         for (int p = 0; p < n_summed; p++)
             for (int i = 0; i < n_vectors; i++)
-                sum[p][i] = SPLAT(weight[0]) * both[0][p][i];
+                sum[p * n_vectors + i] = SPLAT(weight[0]) * both[0][p * n_vectors + i];
         for (int k = 1; k <= -g->dx; k++)
             for (int p = 0; p < n_summed; p++)
                 for (int i = 0; i < n_vectors; i++)
-                    sum[p][i] += SPLAT(weight[k]) * both[k][p][i];
+                    sum[p * n_vectors + i] +=
+                        SPLAT(weight[k]) * both[k][p * n_vectors + i];
         if (has_above)
             add_to_row(above, sum, SPLAT(g->sum), n_planes, is_full, n_vectors);
         if (has_below)
@@ -137,19 +146,20 @@ convolve_any(const struct run_planes *run, float *origin, const struct rf_footpr
             continue;
         const float *weight = f->weights + g->weight;
         const float *c = run->at[0] + RUN_LEFT + x - g->dx;
-        vf sum[RF_MAX_PLANES][VECTORS];
+        vf sum[MOST_SUMS];
         for (int p = 0; p < n_summed; p++)
             for (int i = 0; i < n_vectors; i++)
-                sum[p][i] = SPLAT(weight[0]) * LOAD(c + RUN_STRIDE * p + LANES * i);
+                sum[p * n_vectors + i] =
+                    SPLAT(weight[0]) * LOAD(c + RUN_STRIDE * p + LANES * i);
         for (int k = 1; k < g->n_used; k++)
             for (int p = 0; p < n_summed; p++)
                 for (int i = 0; i < n_vectors; i++)
-                    sum[p][i] +=
+                    sum[p * n_vectors + i] +=
                         SPLAT(weight[k]) * LOAD(c + RUN_STRIDE * p + LANES * i - k);
         const vf factor = factors ? SPLAT(factors[g->cell]) : SPLAT(1);
         for (int p = 0; p < n_summed && factors; p++)
             for (int i = 0; i < n_vectors; i++)
-                sum[p][i] *= factor;
+                sum[p * n_vectors + i] *= factor;
         add_to_row(origin + row_size * (y + g->row) + x, sum, factor * SPLAT(g->sum),
                    n_planes, is_full, n_vectors);
     }
@@ -173,10 +183,16 @@ convolve_run(const struct run_planes *run, float *origin, const struct rf_footpr
     int x = rf_max_int(run->from + f->min_dx, 0) / LANES * LANES;
     int end = rf_min_int(run->to + f->max_dx, RF_TILE_W);
     for (int n_vectors; x < end; x += n_vectors * LANES) {
-        n_vectors = rf_min_int((end - x + LANES - 1) / LANES, VECTORS);
+        const int n_left = (end - x + LANES - 1) / LANES;
+        const bool is_wide = n_planes == RF_LONE_PLANES && n_left >= LONE_VECTORS;
+        n_vectors = is_wide ? LONE_VECTORS : n_left >= VECTORS ? VECTORS : 1;
         bool is_full = is_surface && x - f->max_dx >= run->from &&
-                       x + VECTORS * LANES - f->min_dx <= run->to;
-        if (n_vectors < VECTORS)
+                       x + n_vectors * LANES - f->min_dx <= run->to;
+        if (is_wide && is_full)
+            convolve(run, origin, f, factors, x, y, n_planes, true, LONE_VECTORS);
+        else if (is_wide)
+            convolve(run, origin, f, factors, x, y, n_planes, false, LONE_VECTORS);
+        else if (n_vectors < VECTORS)
             convolve(run, origin, f, factors, x, y, n_planes, false, 1);
         else if (is_full)
             convolve(run, origin, f, factors, x, y, n_planes, true, VECTORS);

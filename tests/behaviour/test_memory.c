@@ -108,6 +108,10 @@ static void every_allocation_of_colours_may_fail(void)
     scene_params(&params, RF_METHOD_LAYERED);
     params.axial_chroma = 2;
     check_every_k(&params);
+    params.axial_chroma = 0; /* an aperture in colour: the colours share their lists */
+    params.aperture = RF_APERTURE_IMAGE;
+    params.distribution = RF_DISTRIBUTION_IMAGE; /* gives create() the picture */
+    check_every_k(&params);
 }
 
 /* Of one that is made focus by focus. */

@@ -149,8 +149,8 @@ static void check_lists(float largest, bool has_radii)
     REQUIRE(rf_groups_build(&from_array, &c, &all, &none, 1, NULL) == RF_OK);
     rf_free(context, c.needed);
     compare(&from_source, &from_array);
-    rf_groups_free(&from_array, &c);
-    rf_groups_free(&from_source, &c);
+    rf_groups_free(&from_array, context);
+    rf_groups_free(&from_source, context);
     rf_footprints_free(&footprints);
     rf_filter_destroy(filter);
     rf_context_destroy(context);

@@ -31,6 +31,7 @@
 #include "base/error.h"
 #include "base/pool.h"
 #include "base/task.h"
+#include "compose/common.h"
 #include "compose/composite.h"
 #include "compose/emit.h"
 #include "compose/highlights_find.h"
@@ -96,6 +97,7 @@ static rf_result composite_colours(const struct rf_scene *scene, struct rf_work 
         work->colour[p] = work->planes + n * (size_t)p;
     work->stride = (size_t)f->width;
     work->out = NULL;
+    struct rf_common common = {.has_lists = f->params.axial_chroma == 0};
     rf_result result = RF_OK;
     for (int i = 0; i < RF_N_COLOURS && result == RF_OK; i++) {
         struct rf_frame frame = *f;
@@ -103,6 +105,7 @@ static rf_result composite_colours(const struct rf_scene *scene, struct rf_work 
         struct rf_work to = *work;
         frame.colour = one.colour = 1 + i;
         one.radius_shift = (float)rf_frame_colour_shift(f, i);
+        one.common = &common;
         one.frame = &frame;
         one.progress_to = from + (i + 1) * room / RF_N_COLOURS;
         for (int p = 0; p < work->n_planes; p++)
@@ -111,6 +114,7 @@ static rf_result composite_colours(const struct rf_scene *scene, struct rf_work 
         if (!rf_task_is_cancelled(scene->task))
             result = rf_composite_crop(&one, &to, error);
     }
+    rf_common_free(&common, f->context);
     return result;
 }
 
