@@ -110,11 +110,12 @@ struct rf_scene {
     /*
      * Of one view: the radii of the pixels that one surface covers, INFINITY or a share
      * below 1 in occluders->surfaces elsewhere, in rows of whole_stride; the first pixel
-     * of both lies at whole_at. NULL: not at hand, or holes are wanted.
+     * of both lies at whole_at. Those from whole_from to before whole_to have neighbours
+     * that are known. NULL: not at hand, or holes are wanted.
      */
     const float *whole_radius;
     size_t whole_stride;
-    int whole_at[2];
+    int whole_at[2], whole_from[2], whole_to[2];
     /*
      * If not NULL, the result is not the work's: its colours, times `weight`, are added
      * to these planes of the picture's size, packed.

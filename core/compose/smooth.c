@@ -127,13 +127,11 @@ void rf_close_smooth(const struct rf_composer *c, int tx, int ty,
     if (!scene->whole_radius)
         return;
     const struct rf_surfaces *surfaces = scene->occluders->surfaces;
-    const int *at = scene->whole_at;
-    /* Those at the picture's border lack neighbours. */
-    int x0 = rf_max_int(tx * RF_TILE_W, rf_max_int(at[0], 0) + 1);
-    int y0 = rf_max_int(ty * RF_TILE_H, rf_max_int(at[1], 0) + 1);
-    int x1 = rf_min_int((tx + 1) * RF_TILE_W, scene->width + rf_min_int(at[0], 0) - 1);
-    int y1 = rf_min_int((ty + 1) * RF_TILE_H, scene->height + rf_min_int(at[1], 0) - 1);
-    int n = x1 - x0;
+    const int *at = scene->whole_at, *from = scene->whole_from, *to = scene->whole_to;
+    int x0 = rf_max_int(tx * RF_TILE_W, from[0]),
+        y0 = rf_max_int(ty * RF_TILE_H, from[1]);
+    int x1 = rf_min_int((tx + 1) * RF_TILE_W, to[0]);
+    int y1 = rf_min_int((ty + 1) * RF_TILE_H, to[1]), n = x1 - x0;
     for (int y = y0; y < y1 && n > 0; y++) {
         size_t line = state->t_row * (size_t)(y - ty * RF_TILE_H);
         struct rows rows;

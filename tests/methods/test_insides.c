@@ -49,13 +49,14 @@ static void no_sky_shines_through_a_rough_wall(void)
 
 /* ---- a sphere and a wall --------------------------------------------------------- */
 
-enum { SIDE = 200, MOST_VIEWS = 12, HALF_WALL_PX = 60 };
+enum { SIDE = 200, MOST_VIEWS = 12 };
 static const double FOCAL_PX = 400, FOCUS = 6, LENS = 0.195, SKY = 255;
 
-/* A sphere, or a wall through the middle of what is in focus that slants to the right. */
+/* A sphere, or a wall that slants to the right. */
 struct thing {
     double radius, distance; /* scene units */
-    double slope; /* of the wall: 1 / unit by which 1 / depth grows in 1 px */
+    double slope;   /* of the wall: 1 / unit by which 1 / depth grows in 1 px */
+    double half_px; /* half of its width */
 };
 
 /* The planar depth where the ray of a picture's place from a point of the lens meets the
@@ -76,9 +77,9 @@ static double meet_wall(const struct thing *s, double x, double y, const double 
 {
     const double dx = (x - SIDE / 2.0) / FOCAL_PX - eye[0] / FOCUS;
     const double dy = (SIDE / 2.0 - y) / FOCAL_PX - eye[1] / FOCUS;
-    const double slope = s->slope * FOCAL_PX; /* 1 / z = 1 / FOCUS + slope x / z */
-    const double z = (1 - slope * eye[0]) / (1 / FOCUS + slope * dx);
-    const double half = HALF_WALL_PX / FOCAL_PX;
+    const double slope = s->slope * FOCAL_PX; /* 1 / z = 1 / distance + slope x / z */
+    const double z = (1 - slope * eye[0]) / (1 / s->distance + slope * dx);
+    const double half = s->half_px / FOCAL_PX;
     return fabs(eye[0] / z + dx) < half && fabs(eye[1] / z + dy) < half ? z : 0;
 }
 
@@ -106,7 +107,7 @@ static void draw_thing(struct frame *f, const struct thing *s, const double eye[
 static bool is_inside(const struct thing *s, double x, double y)
 {
     if (!(s->radius > 0))
-        return fmax(fabs(x), fabs(y)) < 0.75 * HALF_WALL_PX;
+        return fmax(fabs(x), fabs(y)) < 0.75 * s->half_px;
     const double slope =
         s->radius / sqrt(s->distance * s->distance - s->radius * s->radius);
     const double rim_z = s->distance / (1 + slope * slope);
@@ -140,9 +141,8 @@ static void find_eye(int j, int n, double eye[2])
     eye[1] = LENS * (n == 4 ? four[j][1] : radius * sin(turn));
 }
 
-/* Of n views that are sheared to FOCUS. */
-static void filter_thing(const struct thing *s, int n_views, double focus, double *most,
-                         double *mean)
+/* Of n views that are sheared to FOCUS, into a frame to be freed. */
+static struct frame filter_views(const struct thing *s, int n_views, double focus)
 {
     struct frame frames[MOST_VIEWS];
     struct rf_view views[MOST_VIEWS];
@@ -169,11 +169,19 @@ static void filter_thing(const struct thing *s, int n_views, double focus, doubl
     CHECK(rf_context_create(&context, NULL, NULL) == RF_OK);
     CHECK(rf_filter_create(&filter, context, &params, SIDE, SIDE, NULL) == RF_OK);
     CHECK(rf_filter_process(filter, views, n_views, &out, NULL, NULL) == RF_OK);
-    measure_leak(s, &frames[0], most, mean);
     rf_filter_destroy(filter);
     rf_context_destroy(context);
-    for (int j = 0; j < n_views; j++)
+    for (int j = 1; j < n_views; j++)
         frame_free(&frames[j]);
+    return frames[0];
+}
+
+static void filter_thing(const struct thing *s, int n_views, double focus, double *most,
+                         double *mean)
+{
+    struct frame f = filter_views(s, n_views, focus);
+    measure_leak(s, &f, most, mean);
+    frame_free(&f);
 }
 
 /* Its rim's footprints are narrower than those of what lies behind it, where it ends. */
@@ -202,7 +210,8 @@ static void no_sky_shines_through_a_slanted_wall(void)
     } cases[] = {{1, 6}, {2, 6}, {8, 6}, {8, 6.3}, {2, 5.7}, {12, 6}, {12, 5.8}};
     for (int k = 0; k < 7; k++)
         for (int i = 1; i <= 4; i *= 2) {
-            const struct thing wall = {.slope = 7e-5 * i};
+            const struct thing wall = {
+                .distance = FOCUS, .slope = 7e-5 * i, .half_px = 60};
             double most, mean;
             filter_thing(&wall, cases[k].n_views, cases[k].focus, &most, &mean);
             printf("# %d views, focus %.1f, wall %d: at most %.5f, mean %.7f\n",
@@ -211,11 +220,27 @@ static void no_sky_shines_through_a_slanted_wall(void)
         }
 }
 
+/* A wall in focus that ends two px before the border: half of the views, which were
+ * sheared to another distance, see it go on to theirs, and must not close it beyond. All
+ * of the sky would be right. */
+static void a_wall_ends_at_the_border(void)
+{
+    const struct thing wall = {.distance = 5, .half_px = SIDE / 2 - 2};
+    struct frame f = filter_views(&wall, 8, wall.distance);
+    double light = 0;
+    for (int y = 20; y < SIDE - 20; y++)
+        light += frame_at(&f, f.out, SIDE - 1, y)[1] / SKY / (SIDE - 40);
+    printf("# %.3f of the sky\n", light);
+    CHECK(light > 0.65);
+    frame_free(&f);
+}
+
 int main(int argc, char **argv)
 {
     testing_begin(argc, argv);
     TEST(no_sky_shines_through_a_rough_wall);
     TEST(no_sky_shines_through_a_sphere);
     TEST(no_sky_shines_through_a_slanted_wall);
+    TEST(a_wall_ends_at_the_border);
     return testing_end();
 }

@@ -472,6 +472,8 @@ static rf_result composite(struct rf_deep_work *d, struct rf_work *work,
                              .whole_radius =
                                  d->frame->params.fill_hidden ? whole : NULL,
                              .whole_stride = (size_t)d->picture.width,
+                             .whole_from = {1, 1},
+                             .whole_to = {d->picture.width - 1, d->picture.height - 1},
                              .task = work->task,
                              .progress_to = 1};
     memcpy(scene.least, d->picture.least, sizeof scene.least);

@@ -172,6 +172,8 @@ static rf_result run(struct layered *state, struct rf_work *work,
         .occluders = &occluders,
         .whole_radius = params->fill_hidden ? radius : NULL,
         .whole_stride = pixels->stride,
+        .whole_from = {1, 1},
+        .whole_to = {state->picture.width - 1, state->picture.height - 1},
         .task = work->task,
         .progress_to = 1};
     scene.visible_source = (struct rf_source){.emission = visible_emission,

@@ -634,6 +634,24 @@ static const struct rf_insides *find_insides(struct rf_view_cell *cell)
     return insides;
 }
 
+/* What its middle view shows whole, but for what continues it beyond its border, where
+ * other views may show something else. */
+static void set_whole(const struct rf_view_cell *cell, struct rf_scene *scene)
+{
+    const struct rf_picture *picture = &cell->v->pictures[cell->middle];
+    const int first[] = {picture->x0, picture->y0};
+    const int size[] = {picture->frame->width, picture->frame->height};
+    const int most[] = {picture->width, picture->height};
+    scene->whole_radius = rf_plane_row(&picture->pixels, picture->pixels.radius, 0);
+    scene->whole_stride = picture->pixels.stride;
+    for (int k = 0; k < 2; k++) {
+        const int from = cell->shift[k] + first[k];
+        scene->whole_at[k] = cell->shift[k];
+        scene->whole_from[k] = rf_max_int(from + 1, 1);
+        scene->whole_to[k] = rf_min_int(from + size[k], most[k]) - 1;
+    }
+}
+
 rf_result rf_view_cell_run(struct rf_view_cell *cell, double progress_to,
                            struct rf_error *error)
 {
@@ -663,11 +681,8 @@ rf_result rf_view_cell_run(struct rf_view_cell *cell, double progress_to,
                              .task = work->task,
                              .progress_to = progress_to};
     find_least(cell->v, scene.least);
-    if (work->frame->params.fill_hidden && cell->is_beside_view) {
-        scene.whole_radius = rf_plane_row(&picture->pixels, picture->pixels.radius, 0);
-        scene.whole_stride = picture->pixels.stride;
-        memcpy(scene.whole_at, cell->shift, sizeof scene.whole_at);
-    }
+    if (work->frame->params.fill_hidden && cell->is_beside_view)
+        set_whole(cell, &scene);
     int height = picture->height, n_views = work->n_views;
     int n_visible = rf_view_cell_n_own(cell) * height;
     int n_others = (n_views + (cell->hidden.at ? 1 : 0)) * height - n_visible;
