@@ -8,7 +8,9 @@ other things nothing is lost (alphas of 0.05 to 0.9 before a checker 33.4 to 35.
 33.1, and 30.5 to 33.4 with that threshold), so that materials alone do not tell. The picture
 does by Cycles' Denoising Depth, which has something where the depth has nothing; but so it
 is with hair that covers little of its pixels. Both together are told. What a volume leaves
-without depth is told by fog.py, and what a transparent film shows by halos.py.
+without depth is told by fog.py, and what a transparent film shows by halos.py. In Blender 5.2
+rays that hit nothing are endless, not 0, as are the means of pixels with one of them: there
+nothing is told.
 
 Where an alpha lies around the threshold (a picture on a plane) single pixels are holes: a
 stranger's file scored 30.0 dB, its sharp picture 33.9, with a threshold of 0.01 36.9.
@@ -40,7 +42,7 @@ def why_wrong(layer, scene):
 
 def share_left_out(layer):
     """Of a picture, pixels that show something without depth, as all eight around do."""
-    is_left_out = np.pad((layer.depth >= NOTHING_HIT) & (layer.rays > 0), 1)
+    is_left_out = np.pad((layer.depth >= NOTHING_HIT) & _has_length(layer.rays), 1)
     height, width = layer.depth.shape
     inside = np.ones((height, width), bool)
     for y, x in np.ndindex(3, 3):
@@ -48,11 +50,16 @@ def share_left_out(layer):
     return inside.mean()
 
 
+def _has_length(rays):
+    """Which means of rays are of such that hit something?"""
+    return (rays > 0) & (rays < NOTHING_HIT)
+
+
 def share_of_holes(layer):
     """Of a picture, pixels without depth in the middle of a surface that their rays hit."""
     is_hit = layer.depth < NOTHING_HIT
     n_hit, rays = _sum_around(is_hit), _sum_around(np.where(is_hit, layer.rays, 0))
-    is_hole = ~is_hit & (n_hit >= LEAST_AROUND) & (rays > 0)
+    is_hole = ~is_hit & (n_hit >= LEAST_AROUND) & _has_length(layer.rays)
     return (is_hole & (layer.rays * n_hit > LEAST_RAYS * rays)).mean()
 
 

@@ -238,6 +238,11 @@ def _said_of_veils(scene):
     return "partly transparent" in last_message(scene)
 
 
+def _rays_tell(scene):
+    """Does Denoising Depth tell veils from the sky? Not in 5.2, where both are endless."""
+    return addon("veils").NOTHING_HIT > common.kept(scene)[0][0].rays.max()
+
+
 @check
 def veils_before_the_sky_are_told():
     """Told where the depth leaves them out, and what is said helps; opaque ones are not."""
@@ -258,15 +263,16 @@ def veils_before_the_sky_are_told():
     for threshold in (0.5, 0.01):
         scene.view_layers[0].pass_alpha_threshold = threshold
         scores[threshold] = common.tpsnr(shot(scene, "veil.exr")[..., :3], own)
-        assert _said_of_veils(scene) == (threshold == 0.5), last_message(scene)
-    assert scores[0.01] > scores[0.5] + 3, scores
+        is_told = threshold == 0.5 and _rays_tell(scene)
+        assert _said_of_veils(scene) == is_told, last_message(scene)
+    assert scores[0.01] > scores[0.5] + 2, scores  # 4.4 in 5.0, 2.7 in 5.2
     scene.view_layers[0].pass_alpha_threshold = 0.5
     wall = common.emitter("wall", (0.2, 0.3, 0.4), 60, (0, 50, 0))
     shot(scene, "veil.exr")
     assert not _said_of_veils(scene), last_message(scene)
     bpy.data.objects.remove(wall)
     shot(scene, "veil.exr")
-    assert _said_of_veils(scene), last_message(scene)
+    assert _said_of_veils(scene) == _rays_tell(scene), last_message(scene)
     for pane in panes:  # as hair does, what is opaque may cover little of its pixels
         pane.inputs["Alpha"].default_value = 1
     bpy.context.view_layer.update()
@@ -295,7 +301,7 @@ def holes_of_soft_pictures_are_told():
     tree.links.new(soft.outputs[0], pane.inputs["Alpha"])
     scene.cycles.samples = 16
     shot(scene, "soft.exr")
-    assert _said_of_veils(scene), last_message(scene)
+    assert _said_of_veils(scene) == _rays_tell(scene), last_message(scene)
     scene.view_layers[0].pass_alpha_threshold = 0.01
     shot(scene, "soft.exr")
     assert not _said_of_veils(scene), last_message(scene)
