@@ -7,7 +7,6 @@
 
 #include "common/report.h"
 #include "denoise/denoise_background.h"
-#include "denoise/denoise_background.h"
 #include "denoise/denoise_seeds.h"
 
 /*
