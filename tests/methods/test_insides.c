@@ -220,19 +220,34 @@ static void no_sky_shines_through_a_slanted_wall(void)
         }
 }
 
-/* A wall in focus that ends two px before the border: half of the views, which were
- * sheared to another distance, see it go on to theirs, and must not close it beyond. All
- * of the sky would be right. */
-static void a_wall_ends_at_the_border(void)
+/* The share of the sky in a column beside a wall in focus, which eight views show that were
+ * sheared to another distance. */
+static double light_beside_a_wall(double half_px, int x)
 {
-    const struct thing wall = {.distance = 5, .half_px = SIDE / 2 - 2};
+    const struct thing wall = {.distance = 5, .half_px = half_px};
     struct frame f = filter_views(&wall, 8, wall.distance);
     double light = 0;
-    for (int y = 20; y < SIDE - 20; y++)
-        light += frame_at(&f, f.out, SIDE - 1, y)[1] / SKY / (SIDE - 40);
+    for (int y = SIDE / 2 - 40; y < SIDE / 2 + 40; y++)
+        light += frame_at(&f, f.out, x, y)[1] / SKY / 80;
     printf("# %.3f of the sky\n", light);
-    CHECK(light > 0.65);
     frame_free(&f);
+    return light;
+}
+
+/* Each view shows it up to 3 px beside the place where it is. */
+static void a_wall_ends_where_it_is(void)
+{
+    const int half = 60, last = SIDE / 2 + half - 1;
+    CHECK(light_beside_a_wall(half, last + 1) > 0.85); /* a pinhole has 1 */
+    CHECK(light_beside_a_wall(half, last + 2) > 0.99);
+    CHECK(light_beside_a_wall(half, last - 1) < 0.01);
+}
+
+/* Two px before the border: half of the views see it go on to theirs, and must not close
+ * it beyond. All of the sky would be right. */
+static void a_wall_ends_at_the_border(void)
+{
+    CHECK(light_beside_a_wall(SIDE / 2 - 2, SIDE - 1) > 0.65);
 }
 
 int main(int argc, char **argv)
@@ -241,6 +256,7 @@ int main(int argc, char **argv)
     TEST(no_sky_shines_through_a_rough_wall);
     TEST(no_sky_shines_through_a_sphere);
     TEST(no_sky_shines_through_a_slanted_wall);
+    TEST(a_wall_ends_where_it_is);
     TEST(a_wall_ends_at_the_border);
     return testing_end();
 }
