@@ -20,7 +20,8 @@
 
 #include "parallel.h"
 
-/* FLAT: of the most; ENOUGH: the pixels of a corner of the picture are 9. */
+/* FLAT: of the most. A quarter and four times of it change three strangers' scenes, one
+ * of them fog, by 0.00 dB. ENOUGH: the pixels of a corner of the picture are 9. */
 static const float FLAT = 0.02f;
 enum { REACH = 2, ENOUGH = 6 };
 
