@@ -30,6 +30,7 @@ from . import (
     mirrors,
     names,
     nodes,
+    overscan,
     passes,
     pictures,
     preferences,
@@ -504,6 +505,16 @@ class RackFocusEngine(bpy.types.RenderEngine):
         params = lens.frame_parameters(
             frame.camera, settings, render, (width, height), scale
         )
+        margin, problem = None, ""
+        if len(found) < 2:
+            margin, problem = overscan.margin_of(source, frame, (width, height))
+        self._note(source, problem)
+        if margin is not None:
+            found = [(margin.around(layer), place) for layer, place in found]
+            params = lens.padded_parameters(params, (width, height), margin.whole)
+            width, height = margin.whole
+            picture = np.empty((height, width, 4), np.float32)
+            coc = np.zeros((height, width, 1), np.float32)
         kept_sharp = sharp.names_of(source) if len(found) < 2 else ()
         rendered, found = found, [
             (looked(layer, settings, params, kept_sharp), place)
@@ -536,6 +547,8 @@ class RackFocusEngine(bpy.types.RenderEngine):
         if self.linked & {"CoC", "Focus"} or self.show != "picture":
             made.coc(depth, coc[::-1, :, 0])
         seconds["coc"] = time.perf_counter() - started
+        if margin is not None:
+            targets[0][:], targets[1][:] = picture[margin.inside], coc[margin.inside]
         return made.lens.coc_limit_px
 
     def _lights(self, frame, source, found, params, made):

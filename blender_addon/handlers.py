@@ -32,6 +32,7 @@ from . import (
     names,
     operators,
     outputs,
+    overscan,
     park,
     passes,
     refocusing,
@@ -149,6 +150,7 @@ def _start(scene):
         taken,
         finishing,
         strokes,
+        overscan,
         lamps,
     ):  # of scenes that are plain, too
         module.forget(scene)
@@ -299,6 +301,7 @@ def on_load(*_):
     passes.forget()
     finishing.forget()
     strokes.forget()
+    overscan.forget()
     lamps.forget()
     ticked.forget()
     write(_mend)

@@ -151,10 +151,11 @@ def forget(scene=None):
 # ---- their depth ------------------------------------------------------------------
 
 
-def placed(found, scene, layer, camera):
+def placed(found, scene, layer, camera, wide=1.0):
     """The views of a view layer, [(passes.Layer, passes.Place)], with lights in the depth.
 
     camera: evaluated, with the scene's own pixels; a part of them in a render region.
+    wide: of overscan.py.
     """
     lamps = _lamps.get(scene.name, {}).get(passes.old_name(scene, layer), ())
     if not lamps or scene.render.use_multiview or lens.why_not(camera):
@@ -170,6 +171,9 @@ def placed(found, scene, layer, camera):
     corners = [np.array(c) for c in camera.data.view_frame(scene=scene)]
     if not is_ortho:
         corners = [corner / -corner[2] for corner in corners]
+    if wide != 1:
+        middle = (corners[0] + corners[2]) / 2
+        corners = [middle + wide * (corner - middle) for corner in corners]
     return [
         (_with_lamps(one, place, seen, corners, (scene, is_ortho)), place)
         for one, place in found

@@ -12,7 +12,7 @@ import math
 
 import numpy as np
 
-from . import driven
+from . import driven, keyed
 from .camera_objects import FILTERED
 from .compat import ORTHO_LENS_IS_AT_CLIP
 from .library import rackfocus
@@ -168,6 +168,55 @@ def crop_parameters(params, whole_size, size):
     else:
         part["focal_length_px"] = lens.focal_length_px
     return part
+
+
+# Looks that count places in halves of the picture's diagonal, with the power of the place in
+# their formulas (core/lens/look.c; app/sources/settings.c has the same table).
+OF_PLACES = {
+    "cat_eye": 1, "barn_left": 1, "barn_right": 1, "barn_top": 1, "barn_bottom": 1,
+    "astigmatism": 2, "swirl": 2, "field_curvature": 2,
+    "split_offset": -1, "split_softness": -1,
+}  # fmt: skip
+
+
+def padded_parameters(params, size, whole):
+    """The same lens for a picture with a margin, as wide on opposite sides.
+
+    params: of frame_parameters(), for pictures of `size`; size, whole: (width, height) px,
+    without the margin and with it.
+    """
+    made, aspect = rackfocus.Lens(*size, **params), params["pixel_aspect"]
+    is_wide = size[0] >= size[1] / aspect
+    if params["sensor_fit"] != "auto":
+        is_wide = params["sensor_fit"] == "horizontal"
+    side = size[0] if is_wide else size[1] / aspect  # px, of the fitted side
+    padded = dict(params, sensor_fit="horizontal", max_radius=made.max_radius_px)
+    for field in ("shift_x", "shift_y"):
+        padded[field] = params[field] * side / whole[0]
+    if made.px_per_unit > 0:
+        padded["ortho_scale"] = whole[0] / made.px_per_unit
+    else:
+        padded["focal_length_px"] = made.focal_length_px
+    ratio = math.hypot(whole[0], whole[1] / aspect) / math.hypot(
+        size[0], size[1] / aspect
+    )
+    for field, power in OF_PLACES.items():
+        if field in params:
+            padded[field] = params[field] * ratio**power
+    return padded
+
+
+def looks_beyond(settings, ratio):
+    """Names of a camera's looks that are too strong for a picture so many times as wide."""
+    return [
+        settings.bl_rna.properties[p.field].name
+        for p in rackfocus.parameters()
+        if p.field in OF_PLACES
+        and not all(
+            p.min <= value * ratio ** OF_PLACES[p.field] <= p.max
+            for value in keyed.values(settings, p.field)
+        )
+    ]
 
 
 def white_of(scene):

@@ -104,6 +104,7 @@ def keep_passes(scene):
 def _keep_files(scene, folder):
     passes.put(scene, keep.KeptFiles(scene, folder, scene.frame_current))
     taken.forget(scene)
+    overscan.forget(scene)
     passes.set_frame(scene, scene.frame_current)
 
 

@@ -241,6 +241,19 @@ class CameraSettings(bpy.types.PropertyGroup):
         max=parts.MOST,
         default=0,
     )
+    overscan: FloatProperty(
+        override=OVERRIDABLE,
+        name="Overscan",
+        description="Beyond each side, in percent of the width and the height: what lies "
+        "there is rendered, too, and blurred into the picture as it is. 0: it is guessed "
+        "from what is at the border",
+        subtype="PERCENTAGE",
+        min=0,
+        max=25,
+        soft_max=10,
+        precision=1,
+        default=0,
+    )
     clean_edges: BoolProperty(
         override=OVERRIDABLE,
         name="Clean Edges",

@@ -19,6 +19,7 @@ from . import (
     memory,
     mirrors,
     outputs,
+    overscan,
     parts,
     persistent,
     refocusing,
@@ -108,6 +109,10 @@ class CameraPanel(InCamera):
         draw_field(column, settings, "supersample")
         if settings.enabled and settings.supersample != 1:
             for text in describe_supersample(settings, scene):
+                column.label(text=text, icon="INFO")
+        column.prop(settings, "overscan")
+        if settings.enabled:
+            for text in overscan.describe(scene, settings, views.view_count(settings)):
                 column.label(text=text, icon="INFO")
         if shares.is_offered(scene, settings):
             column.prop(settings, "clean_edges")

@@ -121,21 +121,21 @@ def look_through(copy, camera, suffixes):
     set_if_other(copy, "camera", camera if is_found else view_cameras[0])
 
 
-def put(camera, seen, made, distance, point):
+def put(camera, seen, made, distance, point, wide=1.0):
     """Places one camera for a view, a child of the user's; returns its passes.Place.
 
     seen: the user's camera, evaluated; made: its rackfocus.Lens; distance: of the plane
     that stays in place; point: of the lens, (u, v, time), and (x, y) of the part of its
-    pixels, for the shift.
+    pixels, for the shift; wide: of overscan.py.
     """
     radius = made.lens_radius
     u, v = (float(np.float32(radius * part)) for part in point[:2])
     data, own, settings = camera.data, seen.data, camera.parent.data.rack_focus
-    for name in ("type", "lens", "ortho_scale", "sensor_width", "sensor_height"):
+    for name in ("type", "lens", "sensor_fit", "clip_start", "clip_end"):
         set_if_other(data, name, getattr(own, name))
-    for name in ("sensor_fit", "clip_start", "clip_end"):
-        set_if_other(data, name, getattr(own, name))
-    shift, factor = Vector((own.shift_x, own.shift_y)) + Vector(point[3:]), 1.0
+    for name in ("ortho_scale", "sensor_width", "sensor_height"):
+        set_if_other(data, name, getattr(own, name) * wide)
+    shift, factor = Vector((own.shift_x, own.shift_y)) / wide + Vector(point[3:]), 1.0
     move = Matrix.Translation((u, v, 0))
     is_look_at = settings.method == "accumulate" and settings.camera_move == "look_at"
     if is_look_at:
@@ -145,7 +145,7 @@ def put(camera, seen, made, distance, point):
         factor = 1 / math.sqrt(1 + (u * u + v * v) / distance**2)
     else:
         side = own.sensor_height if own.sensor_fit == "VERTICAL" else own.sensor_width
-        shift -= Vector((u, v)) * (own.lens / (distance * side))
+        shift -= Vector((u, v)) * (own.lens / (distance * side * wide))
     set_if_other(data, "shift_x", shift.x)
     set_if_other(data, "shift_y", shift.y)
     # The scale of the user's camera counts for nothing.
@@ -154,7 +154,8 @@ def put(camera, seen, made, distance, point):
     # only, and after a write to the data while the shutter is open (a shift, a lens or
     # a focus that moves) takes the camera for one without a parent: 14.9 dB for 42.
     camera.matrix_parent_inverse = Matrix.Diagonal((*lengths, 1)).inverted() @ move
-    return passes.Place((u, v), 0.0 if is_look_at else distance, factor, point[2])
+    shear_distance = 0.0 if is_look_at else distance
+    return passes.Place((u, v), shear_distance, factor, point[2])
 
 
 def _turn_towards(back):

@@ -37,6 +37,7 @@ from . import (
     moving,
     names,
     one_by_one,
+    overscan,
     parts,
     passes,
     sampling,
@@ -69,11 +70,14 @@ class ViewsError(Exception):
 class Session:
     """A render of a scene in several views, from its start to its end."""
 
-    def __init__(self, scene, copies, own, drawn):
+    def __init__(self, scene, copies, own, drawn, margin):
         self.scene_name = scene.name
         self.copy_names = [copy.name for copy in copies]
         self.own_name = own.name if own is not None else ""
         self.drawn_name = drawn.name if drawn is not None else ""
+        self.margin_name = margin[0].name if margin else ""
+        self.margin = margin[1:] if margin else None  # suffix of its camera, `wide`
+        self.has_margin = False  # has the frame?
         self.scale = parts.factor(scene) if copies else 1
         self.is_noisy = False  # are the views rendered with their grain?
         self.is_sequence = len(copies) > 1
@@ -105,6 +109,10 @@ class Session:
         """The scene that renders the strokes of Grease Pencil, or None."""
         return bpy.data.scenes[self.drawn_name] if self.drawn_name else None
 
+    def margin_scene(self):
+        """The scene that renders what lies beyond the border, or None."""
+        return bpy.data.scenes[self.margin_name] if self.margin_name else None
+
 
 _sessions = names.store()  # Session
 
@@ -128,6 +136,12 @@ def most_views(settings):
     return n if "accumulate" in methods else min(n, MOST_MERGED)
 
 
+def least_views(settings):
+    """The same of the frame that asks for the fewest."""
+    is_one = not keyed.values(settings, "method").issubset(METHODS)
+    return 1 if is_one else min(keyed.values(settings, "views"))
+
+
 def why_one_view(scene):
     """Why a scene is rendered in one view whatever its cameras ask for, or ""."""
     if scene.render.use_multiview:
@@ -146,6 +160,9 @@ def in_vain(scene):
     lines = [why_one_view(scene)] if has_views else []
     if any(one.supersample > 1 for one in settings):
         lines.append(parts.why_not(scene))
+    if overscan.percent(scene) > 0:
+        has_one = any(least_views(one) < 2 for one in settings)
+        lines.append(overscan.why_not(scene) or ("" if has_one else overscan.VIEWS))
     lines += [mirrors.why_not(scene, one) for one in settings if one.mirrors]
     if are_asked(scene) and walked.once(sharp.names_of, scene):
         lines.append(KEEP_SHARP)
@@ -254,7 +271,9 @@ def begin(scene, own_samples=0, is_refocus=False):
     has_copies = has_copies and not is_refocus and not has_lines
     has_strokes = strokes.are_taken(scene)
     is_drawn = has_strokes and not is_refocus
-    if not has_copies and not own_samples and not is_drawn:
+    has_margin = overscan.is_rendered(scene) and not is_refocus
+    has_margin = has_margin and any(least_views(one) < 2 for one in used)
+    if not (has_copies or own_samples or is_drawn or has_margin):
         return
     reason = bodies.why_one_view(scene)
     if reason:
@@ -267,17 +286,20 @@ def begin(scene, own_samples=0, is_refocus=False):
     ]
     own = finishing.make_copy(scene, _make_copy, own_samples) if own_samples else None
     drawn = strokes.make_copy(scene, _make_copy) if is_drawn else None
+    margin = overscan.make_copy(scene, _make_copy) if has_margin else None
+    beside = [one for one in (own, margin and margin[0]) if one]
     if has_strokes:
-        strokes.take_out([*copies, *([own] if own else [])])
+        strokes.take_out([*copies, *beside])
     if is_drawn:
         strokes.SWITCH.need(scene, True)
-    session = Session(scene, copies, own, drawn)
+        beside.append(drawn)
+    session = Session(scene, copies, own, drawn, margin)
     session.is_noisy = bool(copies) and most > 1 and denoising.is_possible(scene)
     try:
         for index, copy in enumerate(copies):
             indices = [index] if is_sequence else range(most * scale**2)
             session.suffixes += view_cameras.add(scene, copy, indices)
-        handover.begin(scene, copies, [one for one in (own, drawn) if one])
+        handover.begin(scene, copies, beside)
     except Exception:
         clean_up()
         raise
@@ -314,6 +336,7 @@ def clean_up():
     used = {name for one in _sessions.values() for name in one.copy_names}
     used |= {one.own_name for one in _sessions.values()}
     used |= {one.drawn_name for one in _sessions.values()}
+    used |= {one.margin_name for one in _sessions.values()}
     copies = [copy for copy in copies if copy.name not in used]
     for scene in {copy.rack_focus.viewed for copy in copies} - {None}:
         handover.end(scene)
@@ -379,7 +402,8 @@ def prepare_frame(scene):
 def _look_through(scene, session, camera):
     """The rest, for a camera object."""
     session.camera, session.noted = camera, scene.camera
-    for beside in filter(None, (session.own(), session.drawn())):
+    margin = session.margin_scene()
+    for beside in filter(None, (session.own(), session.drawn(), margin)):
         _prepare_beside(scene, beside, session.camera)
     session.places = {}
     # Where bodies are is known only once the scene is evaluated.
@@ -398,6 +422,10 @@ def _look_through(scene, session, camera):
         note = moving.why_one_view(scene, session.camera)
         session.note = note or sheared.why_one_view(scene, session.camera)
         session.n_views = 1 if session.note else session.n_views
+    is_filtered = settings.enabled and not is_unfit
+    session.has_margin = margin is not None and is_filtered and session.n_views == 1
+    if session.has_margin:
+        overscan.look_through(margin, session.camera, session.margin[0])
     for index, copy in enumerate(session.copies()):
         supersample.prepare(copy, session.frame_scale)
         _prepare_copy(session, copy, index)
@@ -424,6 +452,10 @@ def chosen_camera(copy):
 
 def _camera_of_copy(session, copy):
     """What a copy renders through."""
+    if copy.name == session.margin_name and session.has_margin:
+        if view_cameras.has_camera(copy, session.camera):
+            return session.camera
+        return view_cameras.find(copy, session.margin[0])
     if copy.name not in session.copy_names or session.n_cameras() < 2:
         return session.camera
     if view_cameras.has_camera(copy, session.camera):
@@ -541,6 +573,8 @@ def follow(scene, depsgraph):
     session = _sessions.get(source.name) if source is not None else None
     if session is None or session.camera is None:
         return
+    if scene.name == session.margin_name and session.has_margin:
+        overscan.follow(scene, session.camera.evaluated_get(depsgraph), *session.margin)
     if scene.name not in session.copy_names:  # that of its own lens, Freestyle's
         return
     n, n_parts = session.n_views, session.frame_scale**2
@@ -615,6 +649,9 @@ def collect(scene):
         finishing.take(scene, session.own())
     if session.drawn_name:
         strokes.take(scene, session.drawn())
+    if session.has_margin:
+        suffix, wide = session.margin
+        overscan.take(scene, wide, _only_view(session.margin_scene(), suffix))
     if not session.copy_names:
         return
     try:

@@ -238,6 +238,168 @@ def supersample_is_automatic():
     assert ui.describe_supersample(settings, scene) == []
 
 
+# ---- overscan ---------------------------------------------------------------------
+
+
+def lamps_beyond(scene, depth=6, size=(144, 96)):
+    """Lit cubes just outside of each side, blurred by 11 px of 144."""
+    render_of, data = scene.render, scene.camera.data
+    render_of.resolution_x, render_of.resolution_y = size
+    scene.cycles.samples = 64
+    data.dof.focus_distance, data.dof.aperture_fstop = 2, 0.1
+    frame = data.view_frame(scene=scene)
+    far = 1 if data.type == "ORTHO" else depth / -frame[0].z
+    middle, half = ((frame[0] + sign * frame[2]) / 2 for sign in (1, -1))
+    for x, y in ((-1.06, 0.3), (1.05, -0.2), (0.1, 1.07), (0.4, -1.08)):
+        at = (middle.x + x * half.x) * far, depth, (middle.y + y * half.y) * far
+        common.emitter("lamp", (20, 15, 10), 0.06, at)
+
+
+def scores_of(scene, data, reference, values=(0, 10)):
+    """{Overscan in percent: tPSNR}, and the same without 16 px at the border."""
+    found = {}
+    for percent in values:
+        data.rack_focus.overscan = percent
+        made = rgba(render(scene, OUT / "f.exr"))
+        assert not last_message(scene), last_message(scene)
+        inner = (picture[16:-16, 16:-16] for picture in (made, reference))
+        found[percent] = tpsnr(made, reference), tpsnr(*inner)
+    return found
+
+
+@check
+def overscan_shows_what_is_beyond_the_border():
+    """As the own lens does; elsewhere the picture is as good as without. Nothing is left."""
+    scene = bpy.context.scene
+    lamps_beyond(scene)
+    before = snapshot(scene)
+    _, data = start()
+    reference = own_lens(scene, 1024)
+    for scale in (1, 2):
+        data.rack_focus.supersample = scale
+        scores = scores_of(scene, data, reference)
+        print("OVERSCAN", scale, scores)
+        assert scores[10][0] > scores[0][0] + 4, scores
+        assert scores[10][1] > scores[0][1] - 0.5, scores
+    made = result(scene)
+    assert addon("ui").overscan.describe(scene, data.rack_focus, 1) == [
+        "14 px beyond left and right, 10 above and below,",
+        "in one more render of 8 samples",
+    ]
+    bpy.ops.rack_focus.refocus()
+    same(result(scene), made)
+    data.dof.aperture_fstop = 0.2
+    assert bpy.ops.rack_focus.refocus() == {"FINISHED"} and not last_message(scene)
+    refocused = result(scene)
+    same(rgba(render(scene, OUT / "f.exr")), refocused)
+    data.rack_focus.enabled = False
+    after = snapshot(scene)
+    before[0]["images"] = after[0]["images"]
+    assert after == before, (before, after)
+    assert not common.own_memory_folders()
+
+
+@check
+def overscan_of_all_kinds_of_frames():
+    """Shifted, upright, measured on its height, orthographic, of pixels that are not square."""
+    for kind in ("shift", "upright", "height", "flat", "aspect"):
+        bpy.ops.wm.open_mainfile(filepath=str(checking.BASE))
+        scene = bpy.context.scene
+        render_of, data = scene.render, scene.camera.data
+        if kind == "shift":
+            data.shift_x, data.shift_y = 0.1, -0.07
+        elif kind == "height":
+            data.sensor_fit = "VERTICAL"
+        elif kind == "aspect":
+            render_of.pixel_aspect_x = 1.5
+        elif kind == "flat":
+            data.type, data.ortho_scale = "ORTHO", 3
+        lamps_beyond(scene, size=(96, 144) if kind == "upright" else (144, 96))
+        if kind == "flat":
+            data.dof.aperture_fstop = 1.2
+        start()
+        scores = scores_of(scene, data, own_lens(scene, 512))
+        print("OVERSCAN", kind, scores)
+        assert scores[10][0] > scores[0][0] + 4, (kind, scores)
+
+
+@check
+def looks_are_the_same_with_overscan():
+    """They depend on the place in the frame, not in the picture with its margin."""
+    scene, data = start()
+    settings, size, px = data.rack_focus, (480, 320), (48, 32)
+    scene.render.resolution_x, scene.render.resolution_y = size
+    data.dof.focus_distance, data.dof.aperture_fstop = 2, 0.4
+    whole = tuple(n + 2 * more for n, more in zip(size, px, strict=True))
+    inside = np.s_[px[1] : -px[1], px[0] : -px[0]]
+    dots = np.random.default_rng(1).random(whole[::-1])
+    wide = np.repeat(dots[..., None], 4, 2).astype(np.float32)
+    depth = np.full(whole[::-1], 4, np.float32)
+    lens, library = addon("lens"), addon("library").rackfocus
+    differences = {}
+    for field, value in (
+        ("cat_eye", 0.7),
+        ("barn_left", 0.5),
+        ("swirl", 0.6),
+        ("astigmatism", 0.6),
+        ("field_curvature", 0.3),
+        ("split_diopter", 4),
+    ):
+        setattr(settings, field, value)
+        settings.split_offset = 0.3
+        params = lens.frame_parameters(scene.camera, settings, scene.render, size)
+        padded = lens.padded_parameters(params, size, whole)
+        cut = (np.ascontiguousarray(plane[inside]) for plane in (wide, depth))
+        wanted = library.apply(*cut, **params)[64:-64, 80:-80]
+        same_numbers = {f: params[f] for f in lens.OF_PLACES if f in params}
+        differences[field] = [
+            float(
+                np.abs(
+                    library.apply(wide, depth, **one)[inside][64:-64, 80:-80] - wanted
+                ).mean()
+            )
+            for one in (padded, {**padded, **same_numbers})
+        ]
+        settings.property_unset(field)
+    print("LOOKS", differences)
+    assert all(one < 0.9 * other for one, other in differences.values()), differences
+    settings.overscan, settings.cat_eye = 10, 3.9
+    why = addon("overscan").why_not(scene)
+    assert "too wide for so much Cat" in why, why
+
+
+@check
+def where_overscan_is_not_rendered():
+    """The box and the console say so, and the picture is that without."""
+    scene, data = start()
+    overscan, views = addon("overscan"), addon("views")
+    plain = rgba(render(scene, OUT / "f.exr"))
+    settings = data.rack_focus
+    settings.overscan = 5
+    for owner, name, value, why in (
+        (scene.render, "use_border", True, "region"),
+        (settings, "mirrors", True, "Mirrors"),
+        (settings, "views", 2, "several see beyond"),
+    ):
+        before = getattr(owner, name)
+        setattr(owner, name, value)
+        lines = overscan.describe(scene, settings, views.view_count(settings))
+        assert len(lines) == 1 and why in lines[0], lines
+        assert any(why in line for line in views.in_vain(scene)), why
+        setattr(owner, name, before)
+    scene.render.use_border = True
+    with heard() as said:
+        same(rgba(render(scene, OUT / "f.exr")), plain)
+    assert "region" in said.getvalue(), said.getvalue()
+    scene.render.use_border = False
+    settings.overscan = 0
+    render(scene, OUT / "f.exr")
+    settings.overscan = 5
+    bpy.ops.rack_focus.refocus()
+    assert last_message(scene) == overscan.MISSING
+    same(result(scene), plain)
+
+
 # ---- finish -----------------------------------------------------------------------
 
 
