@@ -17,6 +17,7 @@ from . import (
     keep,
     lens,
     names,
+    overscan,
     passes,
     refocusing,
     setup,
