@@ -161,7 +161,9 @@ def cut_out(found, render):
     grainy = found.grainy[part] if found.grainy is not None else None
     lines = found.lines[part] if found.lines is not None else None
     rays = found.rays[part] if found.rays is not None else None
-    return passes.Layer(found.colour[part], depth, mattes, seen, grainy, lines, rays)
+    facing = found.facing[part] if found.facing is not None else None
+    about = mattes, seen, grainy, lines, rays, facing
+    return passes.Layer(found.colour[part], depth, *about)
 
 
 def fitted(values, width, height):

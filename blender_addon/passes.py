@@ -82,6 +82,7 @@ def side_by_side(planes):
 # (rackfocus.Filter.mean_depth()), and by what they guide as a denoiser.
 RAYS = "Denoising Depth"
 GUIDES = {"albedo": ("Denoising Albedo", "RGB"), "normal": ("Denoising Normal", "XYZ")}
+FACING = "Denoising Normal", "Z"  # of GUIDES, what points along the camera's axis
 
 
 def guides_of(channels, layer, tail=""):
@@ -107,6 +108,7 @@ class Layer(NamedTuple):
     grainy: np.ndarray = None  # the colour with its grain, where `colour` has lost it
     lines: np.ndarray = None  # Freestyle's, (height, width, 4), premultiplied
     rays: np.ndarray = None  # mean lengths, scene units; None: not rendered, or no use
+    facing: np.ndarray = None  # mean of FACING, 0 where nothing was hit, or None
 
 
 def with_some_depth(depth):
@@ -134,7 +136,8 @@ def find_layer(channels, layer, view=""):
     colour = side_by_side([channels[name] for name in names])
     lines = freestyle.lines_of(channels, f"{layer}.{freestyle.NAME}{tail}")
     rays = channels.get(f"{layer}.{RAYS}{tail}.Z")
-    return Layer(colour, depth, mattes, seen, None, lines, rays)
+    facing = channels.get(f"{layer}.{FACING[0]}{tail}.{FACING[1]}")
+    return Layer(colour, depth, mattes, seen, None, lines, rays, facing)
 
 
 def mean_depth(made, layer, place):
@@ -339,10 +342,16 @@ class RenderedPasses:
         return max(found, key=len)
 
     def drop_guides(self):
-        """Lets go of the passes of GUIDES, and of the mapped files that have them."""
+        """Lets go of the passes of GUIDES, and of the mapped files that have them.
+
+        FACING stays where rays without an end do not tell what they hit (veils.py).
+        """
         parts = tuple(f".{part}." for part, _ in GUIDES.values())
         for suffix, channels in self.files.items():
-            kept = [n for n in channels if not any(p in n for p in parts)]
+            dropped = [n for n in channels if any(p in n for p in parts)]
+            if _has_endless_rays(channels):
+                dropped = [n for n in dropped if not _is_facing(n)]
+            kept = [n for n in channels if n not in dropped]
             if len(kept) < len(channels):
                 planes = np.stack([channels[name] for name in kept])
                 self.files[suffix] = dict(zip(kept, planes, strict=True))
@@ -363,6 +372,18 @@ class RenderedPasses:
     def views(self, name, suffix="", view=""):
         """[(Layer, Place)] as of one view from the middle of the lens."""
         return [(self.layer(name, suffix, view), MIDDLE)]
+
+
+def _has_endless_rays(channels):
+    """Are there means of rays some of which hit nothing? Cycles of 5.2 has no other."""
+    rays = [plane for name, plane in channels.items() if f".{RAYS}." in name]
+    return any(plane.max() >= NOTHING_HIT for plane in rays)
+
+
+def _is_facing(name):
+    """Is that the channel of FACING, of any view?"""
+    part, axis = FACING
+    return f".{part}." in name and name.endswith(f".{axis}")
 
 
 def _size_of(channels):

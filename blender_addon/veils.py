@@ -10,10 +10,12 @@ does by Cycles' Denoising Depth, which has something where the depth has nothing
 is with hair that covers little of its pixels. Both together are told. What a volume leaves
 without depth is told by fog.py, and what a transparent film shows by halos.py. In Blender 5.2
 rays that hit nothing are endless, not 0, as are the means of pixels with one of them: there
-nothing is told.
+Denoising Normal tells, whose mean is 0 in the sky alone. Before, it is 0 in a veil too, as
+Cycles waits for the next bounce where an alpha is low.
 
 Where an alpha lies around the threshold (a picture on a plane) single pixels are holes: a
-stranger's file scored 30.0 dB, its sharp picture 33.9, with a threshold of 0.01 36.9.
+stranger's file scored 30.0 dB, its sharp picture 33.9, with a threshold of 0.01 36.9. In
+Blender 5.2, whose normals do not tell these from hair, they are not told.
 """
 
 import numpy as np
@@ -42,7 +44,10 @@ def why_wrong(layer, scene):
 
 def share_left_out(layer):
     """Of a picture, pixels that show something without depth, as all eight around do."""
-    is_left_out = np.pad((layer.depth >= NOTHING_HIT) & _has_length(layer.rays), 1)
+    is_hit = _has_length(layer.rays)
+    if layer.facing is not None:
+        is_hit |= layer.facing != 0
+    is_left_out = np.pad((layer.depth >= NOTHING_HIT) & is_hit, 1)
     height, width = layer.depth.shape
     inside = np.ones((height, width), bool)
     for y, x in np.ndindex(3, 3):

@@ -50,9 +50,11 @@ class ViewPasses:
             return parts[0]
         planes = (part[:3] for part in parts)  # no mirrors: see mirrors.why_not()
         layer = passes.Layer(*map(self._together, zip(*planes, strict=True)))
-        if any(part.rays is None for part in parts):
-            return layer
-        return layer._replace(rays=self._together([part.rays for part in parts]))
+        for field in ("rays", "facing"):
+            planes = [getattr(part, field) for part in parts]
+            if all(plane is not None for plane in planes):
+                layer = layer._replace(**{field: self._together(planes)})
+        return layer
 
     def _together(self, parts):
         """One plane, or tuple of planes, of the same of all parts."""
