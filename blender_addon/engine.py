@@ -115,6 +115,7 @@ class Frame(NamedTuple):
     view: str  # "" without stereo
     suffix: str  # of the view's file
     camera: object  # evaluated
+    stereo: str = ""  # the view, where one camera has both
 
 
 def no_depth(scene, layer_name):
@@ -304,7 +305,8 @@ class RackFocusEngine(bpy.types.RenderEngine):
             if not is_stereo:
                 own = camera_objects.view_camera(scene, camera.original, view)
             seen = own.evaluated_get(depsgraph)
-            frames.append(Frame(layer, view.name, view.file_suffix, seen))
+            stereo = view.name if is_stereo else ""
+            frames.append(Frame(layer, view.name, view.file_suffix, seen, stereo))
         return frames
 
     def _render_shown(self, depsgraph, source, seconds):
@@ -485,7 +487,7 @@ class RackFocusEngine(bpy.types.RenderEngine):
         settings = frame.camera.data.rack_focus
         scale = supersample.scale_of((width, height), scene.render)
         params = lens.frame_parameters(
-            frame.camera, settings, scene.render, (width, height), scale
+            frame.camera, settings, scene.render, (width, height), scale, frame.stereo
         )
         others = keep.stems_of(source, scene.frame_current)
         keep.write(folder, stem, found, params, sharp.names_of(source), others)
@@ -505,7 +507,7 @@ class RackFocusEngine(bpy.types.RenderEngine):
         ]
         height, width = found[0][0].depth.shape
         params = lens.frame_parameters(
-            frame.camera, settings, render, (width, height), scale
+            frame.camera, settings, render, (width, height), scale, frame.stereo
         )
         margin, problem = None, ""
         if len(found) < 2:

@@ -117,6 +117,19 @@ def why_not(camera):
     return ""
 
 
+def stereo_shift(data, view):
+    """What Blender adds to a camera's Shift X in a view of stereo, "left" or "right".
+
+    0 where `view` is "": without stereo, or through a camera of the view's own.
+    """
+    stereo = data.stereo
+    if not view or stereo.convergence_mode != "OFFAXIS":
+        return 0.0
+    share = {"CENTER": 0.5, view.upper(): 0.0}.get(stereo.pivot, 1.0)
+    apart = stereo.interocular_distance * (share if view == "left" else -share)
+    return apart / stereo.convergence_distance * data.lens / data.sensor_width
+
+
 def camera_parameters(camera, render):
     """Parameters of the lens for the whole frame, as keywords of rackfocus.Lens.
 
@@ -230,13 +243,14 @@ def white_of(scene):
     return min(max(shown, white.min), white.max)
 
 
-def frame_parameters(camera, settings, render, size, scale=1):
+def frame_parameters(camera, settings, render, size, scale=1, view=""):
     """All parameters for a picture of `size` px that shows the frame or a part of it.
 
     settings: the camera's rack_focus properties; scale: of a supersampled frame, whose
-    lengths in px are those of the settings times it.
+    lengths in px are those of the settings times it; view: as of stereo_shift().
     """
     params = camera_parameters(camera, render)
+    params["shift_x"] += stereo_shift(camera.data, view)
     params.update(settings.method_parameters(), white=white_of(render.id_data))
     for p in rackfocus.parameters() if scale > 1 else ():
         if p.unit == "px" and p.field in params:

@@ -212,6 +212,40 @@ def mirrored_light_loses_the_grain_that_the_picture_lost():
     assert np.array_equal(light, noisy / 2)
 
 
+@check
+def rays_in_stereo_have_the_shift_of_their_view():
+    """Their lengths tell the depth of a wall, in both views and about each pivot."""
+    scene, data = start(clean_edges=True)
+    common.emitter("wall", (0.3, 0.3, 0.3), 60, (0, 42, 0))
+    scene.render.use_multiview, scene.render.views_format = True, "STEREO_3D"
+    stereo = data.stereo
+    stereo.interocular_distance, stereo.convergence_distance = 0.4, 3
+    module, ratios = addon("passes"), []
+    mean_depth = module.mean_depth
+
+    def watched(made, layer, place):
+        mean = mean_depth(made, layer, place)
+        is_known = (layer.depth > 11) & np.isfinite(mean)
+        ratio = np.where(is_known, mean / layer.depth, np.nan)
+        ratios.append(np.nanmedian(ratio[:, [2, -3]], 0))
+        return mean
+
+    module.mean_depth = watched
+    try:
+        for mode, pivot in (
+            ("OFFAXIS", "LEFT"),
+            ("OFFAXIS", "CENTER"),
+            ("OFFAXIS", "RIGHT"),
+            ("TOE", "LEFT"),
+        ):
+            stereo.convergence_mode, stereo.pivot = mode, pivot
+            bpy.ops.render.render()
+    finally:
+        module.mean_depth = mean_depth
+    assert len(ratios) == 8, len(ratios)
+    assert np.allclose(ratios, 1, atol=0.003), ratios  # 0.964 to 1.041 without
+
+
 # ---- what is partly transparent ---------------------------------------------------
 
 
