@@ -17,6 +17,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "media.h"
+
 static const char *const vector_items[] = {
     "location", "direction", "right", "up", "sky", "look_at", "focal_point", NULL};
 static const char *const number_items[] = {"angle",    "aperture",   "blur_samples",
@@ -521,6 +523,37 @@ static int write_hollow(struct writer *w, int i)
     return after;
 }
 
+/* The word before the brace that is open at i; -1: none is. */
+static int word_around(const struct tokens *tokens, int i)
+{
+    int n_closed = 0;
+    for (i--; i >= 0; i--) {
+        n_closed += token_is_sign(tokens, i, '}');
+        if (token_is_sign(tokens, i, '{') && n_closed-- == 0)
+            return i - 1;
+    }
+    return -1;
+}
+
+/* Token after the media's interior or material at i that a thing has; 0: there is none. */
+static int skip_holder(const struct writer *w, int i)
+{
+    const int held = media_skip_held(w->tokens, i);
+    const int after =
+        held ? held
+             : media_skip_named(w->tokens, i, w->how->holders, w->how->n_holders);
+    return after > 0 && is_any_word(w->tokens, word_around(w->tokens, i), shapes)
+               ? after
+               : 0;
+}
+
+static int write_bare(struct writer *w, int after)
+{
+    copy_to(w, end_before(w, after));
+    text_addf(w->out, " no_image ");
+    return after;
+}
+
 static int write_directive(struct writer *w, int i, bool is_camera)
 {
     const struct tokens *tokens = w->tokens;
@@ -545,7 +578,7 @@ static void walk(struct writer *w, int i, int end, bool is_camera)
 {
     const struct tokens *tokens = w->tokens;
     while (i < end) {
-        int from = i;
+        int from = i, after;
         bool opens = token_is_sign(tokens, i + 1, '{');
         if (tokens->items[i].kind == TOKEN_DIRECTIVE)
             i = write_directive(w, i, is_camera);
@@ -556,6 +589,8 @@ static void walk(struct writer *w, int i, int end, bool is_camera)
         else if (is_hollow_mode(w) && opens && !is_camera &&
                  is_any_word(tokens, i, shapes))
             i = write_hollow(w, i);
+        else if (w->how->mode == REWRITE_BARE && opens && (after = skip_holder(w, i)))
+            i = write_bare(w, after);
         else if ((is_camera || is_hollow_mode(w)) && token_is_sign(tokens, i, '{'))
             i = token_skip_group(tokens, i);
         if (i <= from)

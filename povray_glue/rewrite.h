@@ -20,6 +20,9 @@ enum rewrite_mode {
     REWRITE_HOLLOW,
     REWRITE_HOLLOW_TOP,
     REWRITE_HOLLOW_DECLARED,
+    /* As pinhole, and the camera does not see what holds media (media.h): the rays of
+     * the picture end behind it, at the same places. */
+    REWRITE_BARE,
     REWRITE_N_MODES
 };
 
@@ -35,6 +38,9 @@ struct rewrite {
     /* Names that computed #includes came to so far; include_path knows them. */
     char *const *computed;
     int n_computed;
+    /* Names of interiors and materials that hold media. */
+    char *const *holders;
+    int n_holders;
 };
 
 /* Appends the copy of a file to `out`. */

@@ -8,11 +8,12 @@
 #include "clear.h"
 #include "clock.h"
 #include "ini.h"
+#include "media.h"
 #include "path.h"
 
 #define MAX_SOURCES 400
 /* Private copies are called by their mode and number. */
-#define MODE_LETTERS "rplhtd"
+#define MODE_LETTERS "rplhtdb"
 /* From 1970 to 2000, whence POV-Ray's `now` counts. */
 #define S_TO_2000 946684800.0
 #define DAY_S 86400.0
@@ -179,6 +180,10 @@ static void note_words(struct sources *sources, const struct tokens *tokens)
         if (token_is_directive(tokens, i, "fopen"))
             note_file(sources, tokens, i);
         note_macro(sources, tokens, i);
+        sources->holds_media |= media_skip_held(tokens, i) > 0;
+        char *holder = media_declared_name(tokens, i);
+        if (holder)
+            add_name(&sources->holders, &sources->n_holders, holder);
     }
 }
 
@@ -315,6 +320,9 @@ void sources_free(struct sources *sources)
     for (int i = 0; i < sources->n_written; i++)
         free(sources->written[i]);
     free(sources->written);
+    for (int i = 0; i < sources->n_holders; i++)
+        free(sources->holders[i]);
+    free(sources->holders);
     free(sources->folders);
     free(sources->items);
     *sources = (struct sources){0};
@@ -457,7 +465,9 @@ static bool write_copy(struct sources *sources, int k, const char *path,
                           .makes_transform = makes_transform,
                           .user = sources,
                           .computed = sources->computed,
-                          .n_computed = sources->n_computed};
+                          .n_computed = sources->n_computed,
+                          .holders = sources->holders,
+                          .n_holders = sources->n_holders};
     struct text text = {0};
     rewrite_file(&text, &sources->items[k].tokens, sources->items[k].content.n, &how);
     set_values(&text, sources);
@@ -474,7 +484,7 @@ bool sources_write(struct sources *sources, enum rewrite_mode mode, const char *
     bool is_new = false;
     for (int k = 1; k < sources->n; k++) {
         struct source *source = &sources->items[k];
-        /* In the hollow mode every file of the scene's own may hold shapes. */
+        /* In these modes every file of the scene's own may hold shapes. */
         const bool has_shapes = mode >= REWRITE_HOLLOW_PLANES && source->is_own;
         if ((source->needs_copy || has_shapes) && !source->copy[mode]) {
             source->copy[mode] =

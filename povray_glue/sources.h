@@ -33,6 +33,9 @@ struct sources {
     enum rewrite_mode mode;  /* of the copies being made */
     /* Words found anywhere in the scene's own files. */
     bool has_fog, has_radiosity, has_photons, has_media;
+    bool holds_media; /* in a thing that bends no light (media.h) */
+    char **holders;   /* names of interiors and materials that do */
+    int n_holders;
     bool has_bumps;        /* normal { ... } of a texture */
     bool has_clear;        /* something may let light through */
     bool has_now;          /* the scene reads the time */

@@ -14,6 +14,9 @@
  * lies near them, not where the ray ends. 1 / z of a plane is affine in the picture (with
  * an orthographic camera z): its second differences vanish.
  *
+ * Things that hold media (smoke, clouds, fire) and bend no light are often unseen themselves,
+ * and of any shape: behind them is what a copy shows in which the camera does not see them.
+ *
  * Who did not ask for that is told where it would count, at a glance: one bright fog in a
  * small picture. With r = 0 and s = 1 it gives the least distance u that is possible.
  */
@@ -37,6 +40,12 @@
 #define MOST_OWN 0.25
 /* Share of the nearest fog's light that must reach the surface. */
 #define LEAST_LIGHT 1e-2
+/* What is so many times as far without the things that hold media is behind them. */
+#define LEAST_FARTHER 1.005
+/* Of the fog's light that can come from behind media, so much has to: dense ones that fill
+ * half of the way show half of it, as the fog is in them, too, and such as let half of what
+ * is behind them through show three quarters. */
+#define LEAST_HELD 0.75
 /* Distances behind the surface that are tried, of that of the nearest fog: each so many
  * times the one before, then refined. */
 #define FIRST_TRIED 0.02
@@ -70,6 +79,7 @@ struct through {
     int32_t width, height, step;
     bool is_glance;
     const float *depth;
+    float *bare; /* the same without things that hold media; NULL: there are none */
     float *made; /* planar depth of what is seen through the surface, or of that */
     /* Second differences of the surface along the row and the column: INFINITY where
      * nothing is seen through it, NAN where it is too narrow to tell. */
@@ -85,6 +95,12 @@ static double fog_share(const struct through *t, int fog, size_t i)
         sum += (double)t->lit[fog].rgba[4 * i + c] -
                (t->dark[fog].rgba ? (double)t->dark[fog].rgba[4 * i + c] : 0);
     return sum / (3 * t->light);
+}
+
+/* Is the first surface one that holds media? */
+static bool is_held(const struct through *t, size_t i)
+{
+    return t->bare && t->bare[i] > (float)LEAST_FARTHER * t->depth[i];
 }
 
 /* Does most of a pixel's light come from behind its surface? */
@@ -198,10 +214,28 @@ static double distance_at_glance(const struct through *t, size_t i, double first
     return is_mostly_behind(t, i) ? first + WEAK_BEHIND * t->distances[0] : first;
 }
 
+/* The same behind media; `more`: how far what is there lies behind their surface. Of fogs
+ * that are longer than that, the light grows evenly along the way. */
+static double distance_held(const struct through *t, size_t i, double first,
+                            double more)
+{
+    const int last = t->is_glance || isinf(more) ? 0 : FOGS_MOST - 1;
+    int fog = 0;
+    while (fog < last && t->distances[fog] < more)
+        fog++;
+    const double e = exp(-first / t->distances[fog]);
+    const double behind = (fog_share(t, fog, i) - (1 - e)) / e;
+    const bool is_thin = behind >= LEAST_HELD * -expm1(-more / t->distances[fog]);
+    return e >= LEAST_LIGHT && is_thin ? first + more : first;
+}
+
 static double distance_seen(const struct through *t, size_t i, double first)
 {
     if (!isfinite(first))
         return first;
+    if (is_held(t, i))
+        return distance_held(t, i, first,
+                             first * ((double)t->bare[i] / (double)t->depth[i] - 1));
     return t->is_glance ? distance_at_glance(t, i, first)
                         : distance_through(t, i, first);
 }
@@ -285,7 +319,7 @@ static void choose_rows(void *data, int64_t begin, int64_t end, int thread)
     for (int32_t y = (int32_t)begin; y < (int32_t)end; y++)
         for (int32_t x = 0; x < t->width; x++) {
             size_t i = (size_t)y * (size_t)t->width + (size_t)x;
-            if (!isinf(t->bends[i][0]) && is_flat_about(t, x, y))
+            if (!isinf(t->bends[i][0]) && (is_held(t, i) || is_flat_about(t, x, y)))
                 n_through++;
             else
                 t->made[i] = t->depth[i];
@@ -301,6 +335,27 @@ static bool read_own(struct povray_scene *scene, const struct fog_runs *runs,
                                  scene_same_size(scene, size, &t->own, error));
 }
 
+/* The depth without the things that hold media. A glance goes without it where its copy of
+ * the scene fails. */
+static bool render_bare(struct povray_scene *scene, const struct shot *shot,
+                        enum rewrite_mode mode, struct through *t,
+                        struct povray_error *error)
+{
+    struct povray_error said = {.message = ""};
+    struct povray_passes bare = {.width = t->width, .height = t->height};
+    if (!scene->sources.holds_media || mode != REWRITE_PINHOLE)
+        return true;
+    const bool is_good = fogs_repeat(scene, shot, REWRITE_BARE, false, &bare, &said);
+    if (is_good)
+        t->bare = bare.depth;
+    else
+        free(bare.depth);
+    if (is_good || (t->is_glance && !said.is_interrupted))
+        return true;
+    *error = said;
+    return false;
+}
+
 static bool render(struct povray_scene *scene, const struct shot *shot,
                    enum rewrite_mode mode, const struct povray_passes *passes,
                    struct through *t, struct povray_error *error)
@@ -314,7 +369,8 @@ static bool render(struct povray_scene *scene, const struct shot *shot,
                   scene_same_size(scene, passes, &t->lit[i], error) &&
                   scene_read(scene, &runs.bases[i], &t->dark[i], error) &&
                   scene_same_size(scene, passes, &t->dark[i], error);
-    is_good = is_good && read_own(scene, &runs, passes, t, error);
+    is_good = is_good && read_own(scene, &runs, passes, t, error) &&
+              render_bare(scene, shot, mode, t, error);
     for (int i = 0; i < FOGS_MOST; i++)
         t->distances[i] = runs.distances[i];
     t->light = runs.light;
@@ -368,27 +424,66 @@ static bool render_glance(struct povray_scene *scene, const struct shot *shot,
                          scene_wait(scene, list, fogs_list(&runs, list, 0), error) &&
                          scene_read(scene, &runs.fogged[0], &t->lit[0], error) &&
                          scene_same_size(scene, &size, &t->lit[0], error) &&
-                         read_own(scene, &runs, &size, t, error);
+                         read_own(scene, &runs, &size, t, error) &&
+                         render_bare(scene, shot, mode, t, error);
     t->distances[0] = runs.distances[0];
     t->light = runs.light;
     fogs_stop(&runs);
     return is_good;
 }
 
-/* Share of the picture whose blur the depth of the first surface makes wrong. */
-static double share_wrong(const struct povray_scene *scene, const struct through *t)
+/* Share of the picture whose blur the depth of the first surface makes wrong; *held is that
+ * of things that hold media. */
+static double share_wrong(const struct povray_scene *scene, const struct through *t,
+                          double *held)
 {
     const struct povray_camera *camera = &scene->camera;
     const double radius_px = scene_far_radius_px(scene), focus = camera->focus_distance;
     const int64_t n_pixels = (int64_t)t->width * t->height;
-    int64_t n = 0;
+    int64_t n = 0, n_held = 0;
     for (int64_t i = 0; i < n_pixels; i++) {
         const double first = (double)t->depth[i], seen = (double)t->made[i];
         const double wrong = camera->is_orthographic ? (seen - first) / focus
                                                      : focus / first - focus / seen;
-        n += seen > first && (radius_px == 0 || wrong * radius_px > GLANCE_BLUR);
+        const bool is_wrong =
+            seen > first && (radius_px == 0 || wrong * radius_px > GLANCE_BLUR);
+        n += is_wrong;
+        n_held += is_wrong && is_held(t, (size_t)i);
     }
+    *held = (double)n_held / (double)n_pixels;
     return (double)n / (double)n_pixels;
+}
+
+static void warn_by_share(const struct povray_scene *scene, const struct through *t,
+                          struct povray_passes *passes)
+{
+    double held;
+    const double share = share_wrong(scene, t, &held);
+    if (share <= GLANCE_SHARE)
+        return;
+    if (held > share / 2)
+        scene_add_warning(
+            passes,
+            "%.0f %% of the picture is seen through smoke, clouds or other media, and "
+            "is "
+            "blurred as if it were on the thing that holds them; --through-glass blurs "
+            "it by its own distance, and thin media by that of what is behind; "
+            "--method accumulate is right for all",
+            100 * share);
+    else
+        scene_add_warning(
+            passes,
+            "%.0f %% of the picture is seen through something flat and clear, or "
+            "in a flat mirror, and is blurred as if it were on it; "
+            "--through-glass blurs it by its own distance%s",
+            100 * share,
+            scene->sources.has_media
+                ? ", but media, too, by that of what is behind; where they are "
+                  "dense, --method accumulate is right"
+            : scene->sources.has_bumps
+                ? ", but not what bumps (normal) scatter; where they are strong, "
+                  "--method accumulate is right"
+                : "");
 }
 
 static bool glance(struct povray_scene *scene, const struct shot *shot,
@@ -415,24 +510,11 @@ static bool glance(struct povray_scene *scene, const struct shot *shot,
     if (is_good) {
         os_parallel(0, t.height, 0, look_at_rows, &t);
         os_parallel(0, t.height, 0, choose_rows, &t);
-        const double share = share_wrong(scene, &t);
-        if (share > GLANCE_SHARE)
-            scene_add_warning(
-                passes,
-                "%.0f %% of the picture is seen through something flat and clear, or "
-                "in a flat mirror, and is blurred as if it were on it; "
-                "--through-glass blurs it by its own distance%s",
-                100 * share,
-                scene->sources.has_media
-                    ? ", but media, too, by that of what is behind; where they are "
-                      "dense, --method accumulate is right"
-                : scene->sources.has_bumps
-                    ? ", but not what bumps (normal) scatter; where they are strong, "
-                      "--method accumulate is right"
-                    : "");
+        warn_by_share(scene, &t, passes);
     }
     free(t.lit[0].rgba);
     free(t.own.rgba);
+    free(t.bare);
     free(t.made);
     free(t.bends);
     free(depth);
@@ -465,6 +547,7 @@ bool through_look(struct povray_scene *scene, const struct shot *shot,
         free(t.dark[i].rgba);
     }
     free(t.own.rgba);
+    free(t.bare);
     free(t.made);
     free(t.bends);
     return is_good;

@@ -37,7 +37,7 @@ static void rewrite(const char *text, size_t size)
         if (token_is_directive(&tokens, i, "include"))
             free(rewrite_include_name(&tokens, i));
     }
-    for (int mode = REWRITE_RECORD; mode <= REWRITE_HOLLOW; mode++) {
+    for (int mode = REWRITE_RECORD; mode < REWRITE_N_MODES; mode++) {
         struct text out = {0};
         struct rewrite how = {.mode = mode,
                               .head = "#declare RF_=0; ",

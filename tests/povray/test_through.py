@@ -13,6 +13,7 @@ camera { location <0, 1, -4> look_at <0, 1, 0> right x*4/3 angle 50
 light_source { <3, 9, -5> rgb 1 }
 plane { z, 10 pigment { checker rgb 0.9 rgb 0.2 } }
 """
+OPEN = SCENE.replace("plane { z, 10 pigment { checker rgb 0.9 rgb 0.2 } }", "")
 PANE = """box { <-1, 0, 0>, <1, 2, 0.02> THING
   pigment { rgbf <0.9, 1, 0.9, 0.9> } finish { diffuse 0.05 reflection 0.05 }
   interior { ior 1.5 } }"""
@@ -30,8 +31,8 @@ MIDDLE = numpy.s_[45:75, 65:95]
 def depth(rackfocus, tmp_path):
     """The depth pass of SCENE with some more, and what was said."""
 
-    def run(more, *options, gamma="1.0", kept="k/passes.exr"):
-        (tmp_path / "s.pov").write_text(SCENE.replace("GAMMA", gamma) + more)
+    def run(more, *options, gamma="1.0", kept="k/passes.exr", scene=SCENE):
+        (tmp_path / "s.pov").write_text(scene.replace("GAMMA", gamma) + more)
         done = rackfocus(
             "povray", "s.pov", "-o", "o.exr", "--keep", "k", *options, "--", *SIZE,
             cwd=tmp_path,
@@ -136,6 +137,60 @@ def test_media_in_a_clear_box_have_another_way(depth):
     media = "hollow interior { media { emission 0.1 } }"
     _, said = depth(CLEAR["box"].replace("hollow", media))
     assert SEEN_THROUGH in said and "--method accumulate" in said
+
+
+HOLDER = "sphere { <0, 1, 0>, 0.9 pigment { rgbt 1 } hollow INTERIOR }"
+#: Ways to write an interior that holds media.
+HOLDERS = {
+    "own": HOLDER.replace("INTERIOR", "interior { MEDIA }"),
+    "ior 1": HOLDER.replace("INTERIOR", "interior { ior 1 MEDIA }"),
+    "material": HOLDER.replace("INTERIOR", "material { interior { MEDIA } }"),
+    "declared interior": "#declare Inner = interior { MEDIA }"
+    + HOLDER.replace("INTERIOR", "interior { Inner }"),
+    "declared material": "#declare Smoke = material { interior { MEDIA } }"
+    + HOLDER.replace("INTERIOR", "material { Smoke }"),
+    "macro": "#macro Smoke() " + HOLDER.replace("INTERIOR", "interior { MEDIA }")
+    + "#end Smoke()",
+}  # fmt: skip
+SEEN_THROUGH_MEDIA = "of the picture is seen through smoke, clouds or other media"
+
+
+@pytest.fixture
+def media_depth(depth):
+    """Of things before a hollow wall, as without that there are no media."""
+
+    def run(more, *options, media="media { emission 0.05 }"):
+        wall = "plane { z, 9.9 hollow pigment { checker rgb 0.9 rgb 0.2 } }"
+        return depth(more.replace("MEDIA", media) + wall, *options, scene=OPEN)
+
+    return run
+
+
+@pytest.mark.parametrize("name", HOLDERS)
+def test_what_is_seen_through_thin_media_is_told(media_depth, name):
+    """Of whatever shape their thing is; with the option it has its own depth."""
+    before, said = media_depth(HOLDERS[name])
+    assert SEEN_THROUGH_MEDIA in said
+    assert "--through-glass" in said and "--method accumulate" in said
+    assert (before[MIDDLE] < 4.2).all()
+    after, said = media_depth(HOLDERS[name], "--through-glass")
+    assert said == "" and numpy.allclose(after[MIDDLE], 13.9, rtol=0.002)
+
+
+@pytest.mark.parametrize(
+    "more, media",
+    [
+        (HOLDERS["own"], "media { absorption 9 }"),
+        (HOLDERS["own"], "ior 1.5 media { emission 0.05 }"),
+        (HOLDERS["own"].replace("rgbt 1", "rgb 1"), "media { emission 0.05 }"),
+    ],
+    ids=["dense", "glass", "opaque"],
+)
+def test_what_hides_or_bends_keeps_its_depth(media_depth, more, media):
+    before, said = media_depth(more, media=media)
+    assert said == "" and (before[MIDDLE] < 4.2).all()
+    after, _ = media_depth(more, "--through-glass", media=media)
+    assert (before[MIDDLE] == after[MIDDLE]).all()
 
 
 def test_bumps_scatter_what_is_seen(depth):
