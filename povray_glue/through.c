@@ -465,10 +465,9 @@ static void warn_by_share(const struct povray_scene *scene, const struct through
         scene_add_warning(
             passes,
             "%.0f %% of the picture is seen through smoke, clouds or other media, and "
-            "is "
-            "blurred as if it were on the thing that holds them; --through-glass blurs "
-            "it by its own distance, and thin media by that of what is behind; "
-            "--method accumulate is right for all",
+            "is blurred as if it were on the thing that holds them; "
+            "--method accumulate is right, --through-glass sooner, where they are thin "
+            "and faint: it blurs them by the distance of what is behind",
             100 * share);
     else
         scene_add_warning(
