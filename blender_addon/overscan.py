@@ -233,6 +233,7 @@ class Margin:
                 for pair in both
             ),
             rays=self._around(layer.rays, self.layer.rays, self._nearest),
+            facing=self._around(layer.facing, self.layer.facing, self._nearest),
         )
 
     def _around(self, plane, beyond, look):

@@ -11,6 +11,7 @@ from . import (
     bodies,
     camera_objects,
     compat,
+    denoising,
     freestyle,
     group,
     keyed,
@@ -29,6 +30,9 @@ AUTOMATIC = 2  # 3 are worse than 2 on three of six scenes
 METHODS = ("layered", "views")
 # Of samples that are no multiple of the parts so many are taken: 0.6 dB more grain.
 LEAST_KEPT = 0.875
+# Samples a part of several views that nobody denoises: eight views of seven files of strangers
+# lose 1.1 dB with 1, four of these gain 1.0 with 2.
+LEAST_OF_VIEWS = 2
 # Passes of view layers that a supersampled render has, too.
 PASSES = ("use_pass_combined", "use_pass_z", sharp.SWITCH.name)
 NO_PASS = "use_pass_cryptomatte_accurate"  # is a setting
@@ -98,8 +102,10 @@ def _why_no_gain(scene, settings):
     shared = sampling.samples_of(scene), n, settings.view_samples
     each = sampling.samples_of_view(*shared)
     kept = sampling.samples_of_view(*shared, AUTOMATIC)
-    is_odd = not LEAST_KEPT * each <= kept * AUTOMATIC**2 <= each
-    return f"{each} samples a pixel cannot be shared out" if is_odd else ""
+    if not LEAST_KEPT * each <= kept * AUTOMATIC**2 <= each:
+        return f"{each} samples a pixel cannot be shared out"
+    is_few = n > 1 and kept < LEAST_OF_VIEWS and not denoising.is_asked(scene)
+    return f"{each} samples a view are too few for parts" if is_few else ""
 
 
 def _why_dear(scene, settings):

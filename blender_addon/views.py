@@ -193,8 +193,10 @@ def describe(settings, scene, n):
         if each < 2 and not is_moved:
             lines.append("One sample does not smooth edges")
         elif each < ENOUGH_SAMPLES:
-            lines.append(f"Below {ENOUGH_SAMPLES} samples a view, one view may be")
-            lines.append("better where metal or water glints")
+            lines.append(
+                f"Below {ENOUGH_SAMPLES} samples a view, one view may be better"
+            )
+            lines.append("without a denoiser, or where metal or water glints")
     if settings.views > n:
         lines.append(f"{MOST_MERGED} views at most can be merged")
     if one_by_one.is_so(settings, scene):

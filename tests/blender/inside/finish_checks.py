@@ -218,6 +218,7 @@ def supersample_is_automatic():
         (cycles, "samples", 3, "3 samples"),
         (cycles, "samples", 7, "7 samples"),
         (settings, "views", 8, "2 samples"),
+        (settings, "views", 4, "too few"),
         (addon("one_by_one"), "multiview_works", False, "anew"),
         (addon("memory"), "LOUD_BYTES", 144 * 96 * 250, "GB"),
         (layer, "use_pass_mist", True, "other passes"),
@@ -233,6 +234,10 @@ def supersample_is_automatic():
         assert parts.factor(scene) == 2, name
     cycles.samples, settings.views = 64, 8
     assert parts.factor(scene) == 2
+    cycles.samples, cycles.use_denoising = 32, True
+    assert parts.factor(scene) == 2
+    cycles.use_denoising = False
+    assert parts.factor(scene) == 1
     render_settings.engine = "BLENDER_WORKBENCH"
     assert parts.factor(scene) == 1
     assert ui.describe_supersample(settings, scene) == []
