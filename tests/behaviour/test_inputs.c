@@ -63,6 +63,8 @@ static void odd_sizes_work(void)
     for (int i = 0; i < 10; i++)
         for (int k = 0; k < 3; k++) {
             int w = sizes[i][0], h = sizes[i][1];
+            if (w * h > 1000 && k != i % 3)
+                continue; /* takes as long as the rest: by turns */
             check_size(w, h, channels[k], 0.3);
             check_size(w, h, channels[k], i < 6 ? 40 : 5); /* some far larger */
         }
