@@ -34,7 +34,7 @@ def prepare(kind, folder):
     """The words of a command that works for some tenths of a second, and its outputs."""
     if kind == "filter":
         # Much of its time it writes.
-        source = scene(folder / "in.exr", (1000, 700))
+        source = scene(folder / "in.exr", (700, 490))
         words = ["filter", source, "-o", folder / "out.exr", *LENS]
         return [*words, "--method", "box", "--type", "float"], ["out.exr"]
     if kind == "sequence":
@@ -43,7 +43,7 @@ def prepare(kind, folder):
         names = [folder / "in.#.exr", "-o", folder / "out.#.exr"]
         return ["filter", *names, *LENS], [f"out.{i}.exr" for i in range(1, 5)]
     (folder / "s.pov").write_text(SCENE)
-    words = ["povray", "s.pov", "-o", "out.exr", "-q", "--", "+W120", "+H90"]
+    words = ["povray", "s.pov", "-o", "out.exr", "-q", "--", "+W80", "+H60"]
     return words, ["out.exr"]
 
 
