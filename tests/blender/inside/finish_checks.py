@@ -279,12 +279,12 @@ def overscan_shows_what_is_beyond_the_border():
     lamps_beyond(scene)
     before = snapshot(scene)
     _, data = start()
-    reference = own_lens(scene, 1024)
+    reference = own_lens(scene, 512)
     for scale in (1, 2):
         data.rack_focus.supersample = scale
         scores = scores_of(scene, data, reference)
         print("OVERSCAN", scale, scores)
-        assert scores[10][0] > scores[0][0] + 4, scores
+        assert scores[10][0] > scores[0][0] + 3, scores
         assert scores[10][1] > scores[0][1] - 0.5, scores
     made = result(scene)
     assert addon("ui").overscan.describe(scene, data.rack_focus, 1) == [
@@ -323,9 +323,9 @@ def overscan_of_all_kinds_of_frames():
         if kind == "flat":
             data.dof.aperture_fstop = 1.2
         start()
-        scores = scores_of(scene, data, own_lens(scene, 512))
+        scores = scores_of(scene, data, own_lens(scene, 256))
         print("OVERSCAN", kind, scores)
-        assert scores[10][0] > scores[0][0] + 4, (kind, scores)
+        assert scores[10][0] > scores[0][0] + 3, (kind, scores)
 
 
 @check
