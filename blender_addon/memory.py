@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What views take of the computer's memory, for the box."""
 
-from . import denoising, shares
+from . import denoising, overscan, shares
 
 LOUD_BYTES = 4e9  # a computer of 8 GB has no more beside Blender and its system
 # Of a pixel of a view, measured as the highest of a whole run, Blender 3.4 and 5.0: 40
@@ -14,9 +14,10 @@ BYTES_PER_PIXEL_OF_ONE = 250  # with Clean Edges; 190 without
 
 
 def needed(scene, n, n_pixels):
-    """Bytes that n views of so many pixels each take; one is cleaned by Cycles."""
+    """Bytes that n views of so many pixels each take; one is cleaned by Cycles, and may have
+    the margin of overscan.py."""
     if n == 1:
-        return n_pixels * BYTES_PER_PIXEL_OF_ONE
+        return n_pixels * overscan.area(scene) * BYTES_PER_PIXEL_OF_ONE
     each = BYTES_PER_PIXEL
     if denoising.is_asked(scene):
         each = BYTES_PER_PIXEL_DENOISED

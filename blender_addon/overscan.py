@@ -20,6 +20,7 @@ import numpy as np
 from . import (
     bodies,
     camera_objects,
+    fog,
     freestyle,
     group,
     keyed,
@@ -90,6 +91,11 @@ def _wide(scene):
 def is_rendered(scene):
     """Does a render of a scene have a margin?"""
     return percent(scene) > 0 and not why_not(scene)
+
+
+def area(scene):
+    """How many times the pixels of the frame one view of a scene is filtered with."""
+    return _wide(scene) ** 2 if is_rendered(scene) else 1.0
 
 
 def samples_of(scene):
@@ -189,17 +195,15 @@ class Margin:
 
     def __init__(self, layer, wide, size):
         self.layer, self.wide = layer, wide
-        (width, height), (across, down) = (
-            size,
-            [int((wide - 1) / 2 * side) for side in size],
-        )
+        width, height = size
+        across, down = (int((wide - 1) / 2 * side) for side in size)
         self.whole = width + 2 * across, height + 2 * down
         self.inside = np.s_[down : down + height, across : across + width]
-        rows, beside = (slice(down, down + height), slice(0, across))
+        rows, _ = self.inside
         self._strips = [
             np.s_[:down, :],
             np.s_[down + height :, :],
-            np.s_[rows, beside],
+            np.s_[rows, :across],
             np.s_[rows, across + width :],
         ]
         self._sides = [
@@ -279,5 +283,6 @@ def margin_of(scene, frame, size):
         return None, MISSING
     rendered, suffix, view = kept.found
     found = [(rendered.layer(frame.layer, suffix, view), passes.MIDDLE)]
-    layer = lamps.placed(found, scene, frame.layer, frame.camera, kept.wide)[0][0]
-    return Margin(layer, kept.wide, size), ""
+    found = fog.filled(found, scene)
+    found = lamps.placed(found, scene, frame.layer, frame.camera, kept.wide)
+    return Margin(found[0][0], kept.wide, size), ""

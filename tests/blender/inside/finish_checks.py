@@ -291,6 +291,7 @@ def overscan_shows_what_is_beyond_the_border():
         "14 px beyond left and right, 10 above and below,",
         "in one more render of 8 samples",
     ]
+    assert addon("memory").needed(scene, 1, 100) == 100 * 1.2**2 * 250
     bpy.ops.rack_focus.refocus()
     same(result(scene), made)
     data.dof.aperture_fstop = 0.2
