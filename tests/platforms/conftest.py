@@ -3,6 +3,7 @@
 
 import os
 import shutil
+import subprocess
 import sys
 
 import pytest
@@ -34,14 +35,25 @@ def windows():
 
 @pytest.fixture(scope="session")
 def wine_environment():
-    """What wine wants, with a system of its own in the folder of the build."""
+    """What wine wants, with a system of its own in the folder of the build.
+
+    Wine's services share the output of the program that starts them, and hold its pipe open
+    until they end: 4 s for each program that takes 0.1 s. One that waits, and prints nothing,
+    keeps them alive.
+    """
     environment = dict(
         os.environ, WINEPREFIX=str(BUILD / "wine"), WINEDEBUG="-all", HOME=str(BUILD)
     )
     if not (BUILD / "wine" / "system.reg").exists():
         run(WINE, "wineboot", "-i", env=environment)
         run(WINE, "winecfg", "-v", "win10", env=environment)
-    return environment
+    nowhere = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+    words = [WINE, "cmd", "/c", "pause"]
+    about = {"env": environment, **nowhere}
+    with subprocess.Popen(words, stdin=subprocess.PIPE, **about) as waiting:
+        subprocess.run([WINE, "cmd", "/c", "exit"], check=True, **about)
+        yield environment
+        waiting.stdin.close()
 
 
 @pytest.fixture(scope="session")
