@@ -6,6 +6,7 @@
 #include "bytes.h"
 #include "camera.h"
 #include "lexer.h"
+#include "media.h"
 #include "rewrite.h"
 #include "text.h"
 
@@ -36,14 +37,18 @@ static void rewrite(const char *text, size_t size)
         PROMISE(tokens.items[i].end <= size);
         if (token_is_directive(&tokens, i, "include"))
             free(rewrite_include_name(&tokens, i));
+        free(media_declared_name(&tokens, i));
     }
+    char *holders[] = {"Smoke"};
     for (int mode = REWRITE_RECORD; mode < REWRITE_N_MODES; mode++) {
         struct text out = {0};
         struct rewrite how = {.mode = mode,
                               .head = "#declare RF_=0; ",
                               .include_path = include_path,
                               .makes_transform = makes_transform,
-                              .user = &tokens};
+                              .user = &tokens,
+                              .holders = holders,
+                              .n_holders = 1};
         rewrite_file(&out, &tokens, size, &how);
         PROMISE(count_lines(out.data ? out.data : "", out.n) ==
                 count_lines(text, size));
