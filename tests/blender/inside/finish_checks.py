@@ -55,6 +55,15 @@ def own_lens(scene, samples):
     return made
 
 
+def leaves_nothing(scene, before):
+    """Unticked, the scene is as in an earlier snapshot()."""
+    scene.camera.data.rack_focus.enabled = False
+    after = snapshot(scene)
+    before[0]["images"] = after[0]["images"]
+    assert after == before, (before, after)
+    assert not common.own_memory_folders()
+
+
 # ---- supersample ------------------------------------------------------------------
 
 
@@ -122,11 +131,7 @@ def the_supersampled_picture():
     again = result(scene)
     assert again.shape == made.shape and np.abs(again - made).max() > 0.05
     same(rgba(render(scene, OUT / "f.exr")), again)
-    data.rack_focus.enabled = False
-    after = snapshot(scene)
-    before[0]["images"] = after[0]["images"]
-    assert after == before, (before, after)
-    assert not common.own_memory_folders()
+    leaves_nothing(scene, before)
 
 
 @check
@@ -298,11 +303,7 @@ def overscan_shows_what_is_beyond_the_border():
     assert bpy.ops.rack_focus.refocus() == {"FINISHED"} and not last_message(scene)
     refocused = result(scene)
     same(rgba(render(scene, OUT / "f.exr")), refocused)
-    data.rack_focus.enabled = False
-    after = snapshot(scene)
-    before[0]["images"] = after[0]["images"]
-    assert after == before, (before, after)
-    assert not common.own_memory_folders()
+    leaves_nothing(scene, before)
 
 
 @check
