@@ -167,17 +167,26 @@ def camera_parameters(camera, render):
     }
 
 
-def crop_parameters(params, whole_size, size):
-    """The same lens for a part of the frame; what depends on the frame is spelt out.
+def crop_parameters(params, whole_size, size, middle=(0.0, 0.0)):
+    """The same lens for a part of the frame, or for more than it; what depends on the frame is
+    spelt out.
 
-    params: of camera_parameters() and the method; whole_size, size: (width, height) px.
+    params: of camera_parameters() and the method; whole_size, size: (width, height) px; middle:
+    of the part, px right and up from that of the frame.
     """
     if tuple(whole_size) == tuple(size):
         return params
-    lens = rackfocus.Lens(*whole_size, **params)
-    part = dict(params, max_radius=lens.max_radius_px)
+    lens, aspect = rackfocus.Lens(*whole_size, **params), params["pixel_aspect"]
+    width, height = whole_size[0], whole_size[1] / aspect  # in widths of a pixel
+    is_wide = width >= height
+    if params["sensor_fit"] != "auto":
+        is_wide = params["sensor_fit"] == "horizontal"
+    side = width if is_wide else height  # the fitted one
+    part = dict(params, sensor_fit="horizontal", max_radius=lens.max_radius_px)
+    part["shift_x"] = (params["shift_x"] * side + middle[0]) / size[0]
+    part["shift_y"] = (params["shift_y"] * side + middle[1] / aspect) / size[0]
     if lens.px_per_unit > 0:
-        part.update(sensor_fit="horizontal", ortho_scale=size[0] / lens.px_per_unit)
+        part["ortho_scale"] = size[0] / lens.px_per_unit
     else:
         part["focal_length_px"] = lens.focal_length_px
     return part
@@ -198,18 +207,7 @@ def padded_parameters(params, size, whole):
     params: of frame_parameters(), for pictures of `size`; size, whole: (width, height) px,
     without the margin and with it.
     """
-    made, aspect = rackfocus.Lens(*size, **params), params["pixel_aspect"]
-    is_wide = size[0] >= size[1] / aspect
-    if params["sensor_fit"] != "auto":
-        is_wide = params["sensor_fit"] == "horizontal"
-    side = size[0] if is_wide else size[1] / aspect  # px, of the fitted side
-    padded = dict(params, sensor_fit="horizontal", max_radius=made.max_radius_px)
-    for field in ("shift_x", "shift_y"):
-        padded[field] = params[field] * side / whole[0]
-    if made.px_per_unit > 0:
-        padded["ortho_scale"] = whole[0] / made.px_per_unit
-    else:
-        padded["focal_length_px"] = made.focal_length_px
+    padded, aspect = crop_parameters(params, size, whole), params["pixel_aspect"]
     ratio = math.hypot(whole[0], whole[1] / aspect) / math.hypot(
         size[0], size[1] / aspect
     )
@@ -256,4 +254,8 @@ def frame_parameters(camera, settings, render, size, scale=1, view=""):
         if p.unit == "px" and p.field in params:
             params[p.field] = min(params[p.field] * scale, p.max)
     width, height = picture_size(render)
-    return crop_parameters(params, (scale * width, scale * height), size)
+    whole, middle = (scale * width, scale * height), (0.0, 0.0)
+    if render.use_border:
+        ends = zip(region_of(render, width, height), (width, height), strict=True)
+        middle = [sum(borders) / 2 - side / 2 for borders, side in ends]
+    return crop_parameters(params, whole, size, middle)

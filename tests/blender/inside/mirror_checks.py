@@ -246,6 +246,38 @@ def rays_in_stereo_have_the_shift_of_their_view():
     assert np.allclose(ratios, 1, atol=0.003), ratios  # 0.964 to 1.041 without
 
 
+@check
+def rays_in_a_region_count_from_the_middle_of_the_frame():
+    """Their lengths tell the depth of a wall, with a shift and pixels that are not square too."""
+    scene, data = start(clean_edges=True)
+    for item in [o for o in bpy.data.objects if o.type == "MESH"]:
+        bpy.data.objects.remove(item)
+    common.emitter("wall", (0.3, 0.3, 0.3), 60, (0, 42, 0))
+    render_of, module, ratios = scene.render, addon("passes"), []
+    render_of.use_border, render_of.border_min_x, render_of.border_max_x = True, 0, 0.3
+    render_of.border_min_y, render_of.border_max_y = 0.6, 1
+    mean_depth = module.mean_depth
+
+    def watched(made, layer, place):
+        mean = mean_depth(made, layer, place)
+        is_known = (layer.depth > 11) & np.isfinite(mean)
+        ratio = np.where(is_known, mean / layer.depth, np.nan)
+        sides = ratio[:, [2, -3]].T, ratio[[2, -3]]
+        ratios.append([np.nanmedian(line) for side in sides for line in side])
+        return mean
+
+    module.mean_depth = watched
+    try:
+        for shift, aspect, is_cut in ((0, 1, False), (0.2, 1.5, True)):
+            data.shift_x, data.shift_y = shift, -shift
+            render_of.pixel_aspect_y, render_of.use_crop_to_border = aspect, is_cut
+            bpy.ops.render.render()
+    finally:
+        module.mean_depth = mean_depth
+    print("REGION", ratios)
+    assert len(ratios) == 2 and np.allclose(ratios, 1, atol=0.002), ratios
+
+
 # ---- what is partly transparent ---------------------------------------------------
 
 
