@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Checks of what mirrors and panes show, by its own distance."""
 
+import math
+
 import bpy
 import common
 import numpy as np
 from checking import OUT, Checks, shot
-from common import addon, last_message, start
+from common import addon, last_message, start, tpsnr
 
 check = Checks()
 
@@ -276,6 +278,22 @@ def rays_in_a_region_count_from_the_middle_of_the_frame():
         module.mean_depth = mean_depth
     print("REGION", ratios)
     assert len(ratios) == 2 and np.allclose(ratios, 1, atol=0.002), ratios
+
+
+@check
+def a_tilted_lens_is_that_of_the_frame_in_a_region():
+    """The surface in focus leans about the middle of the frame."""
+    scene, _ = start(tilt_x=math.radians(8))
+    scene.cycles.samples, render_of = 16, scene.render
+    render_of.resolution_x, render_of.resolution_y = 288, 192
+    wanted = shot(scene, "a.exr")[:96, 144:]
+    render_of.use_border = render_of.use_crop_to_border = True
+    render_of.border_min_x, render_of.border_max_x = 0.5, 1
+    render_of.border_min_y, render_of.border_max_y = 0.5, 1
+    made = shot(scene, "a.exr")
+    score = tpsnr(*(picture[20:-20, 20:-20] for picture in (made, wanted)))
+    print("TILT", score)
+    assert score > 35, score  # 20.6 about the middle of the region
 
 
 # ---- what is partly transparent ---------------------------------------------------
