@@ -23,6 +23,7 @@ from . import (
     parts,
     persistent,
     refocusing,
+    regions,
     sampling,
     setup,
     shares,
@@ -127,6 +128,7 @@ class CameraPanel(InCamera):
         if settings.enabled:
             for text in (
                 *shining.describe(scene, settings),
+                *regions.describe(scene, settings),
                 *blended.describe(scene, scene.camera),
                 *holdouts.describe(scene, scene.camera),
                 *lamps.describe(scene, scene.camera),

@@ -6,7 +6,7 @@ import math
 import bpy
 import common
 import numpy as np
-from checking import OUT, Checks, shot
+from checking import OUT, Checks, heard, shot
 from common import addon, last_message, start, tpsnr
 
 check = Checks()
@@ -294,6 +294,21 @@ def a_tilted_lens_is_that_of_the_frame_in_a_region():
     score = tpsnr(*(picture[20:-20, 20:-20] for picture in (made, wanted)))
     print("TILT", score)
     assert score > 35, score  # 20.6 about the middle of the region
+
+
+@check
+def looks_that_count_from_the_middle_of_a_region_are_told():
+    """In the box and on the console; not without a region, nor where no look is on."""
+    scene, data = start(cat_eye=0.5)
+    module, settings = addon("regions"), data.rack_focus
+    assert module.describe(scene, settings) == []
+    scene.render.use_border, scene.render.border_max_x = True, 0.5
+    assert "Cat" in module.describe(scene, settings)[0]
+    with heard() as said:
+        shot(scene, "a.exr")
+    assert "counts from its middle" in said.getvalue(), said.getvalue()
+    settings.cat_eye = 0
+    assert module.describe(scene, settings) == []
 
 
 # ---- what is partly transparent ---------------------------------------------------
