@@ -376,6 +376,31 @@ def looks_are_the_same_with_overscan():
 
 
 @check
+def holes_of_fog_in_the_margin_are_filled():
+    """As those of the frame, in scenes with volumes alone."""
+    scene, _ = start(overscan=10)
+    common.emitter("wall", (0.3, 0.3, 0.3), 60, (0, 42, 0))
+    rgba(render(scene, OUT / "f.exr"))
+    overscan, fog = addon("overscan"), addon("fog")
+    rendered, *about = overscan._kept[scene.name].found
+    layer = rendered.layer("ViewLayer", *about)
+    depth = np.array(layer.depth)
+    depth[3, 3] = 1e10
+    rendered.layer = lambda *_: layer._replace(depth=depth)
+    frame, has_volume = (
+        addon("engine").Frame("ViewLayer", "", "", scene.camera),
+        fog.has_volume,
+    )
+    for is_foggy in (False, True):
+        fog.has_volume = lambda _, found=is_foggy: found
+        try:
+            margin, _ = overscan.margin_of(scene, frame, (72, 48))
+        finally:
+            fog.has_volume = has_volume
+        assert (margin.layer.depth[3, 3] < 100) == is_foggy, margin.layer.depth[3, 3]
+
+
+@check
 def where_overscan_is_not_rendered():
     """The box and the console say so, and the picture is that without."""
     scene, data = start()
