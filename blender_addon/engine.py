@@ -510,7 +510,7 @@ class RackFocusEngine(bpy.types.RenderEngine):
             frame.camera, settings, render, (width, height), scale, frame.stereo
         )
         margin, problem = None, ""
-        if len(found) < 2:
+        if len(found) < 2 and views.view_count(settings) < 2:
             margin, problem = overscan.margin_of(source, frame, (width, height))
         self._note(source, problem)
         if margin is not None:

@@ -18,11 +18,9 @@ from typing import NamedTuple
 import numpy as np
 
 from . import (
-    bodies,
     camera_objects,
+    copied,
     fog,
-    freestyle,
-    group,
     keyed,
     lamps,
     lens,
@@ -63,16 +61,9 @@ def percent(scene):
 
 def why_not(scene):
     """Why the margin of a scene is guessed though it is asked for, or "": for the box."""
-    if scene.render.use_border:
-        return "Overscan does not work with a render region"
-    if scene.render.use_multiview:
-        return "Overscan does not work with stereo"
-    if group.nodes_of(scene):
-        return "Overscan does not work with Rack Focus nodes on pictures"
-    if freestyle.is_drawn(scene):
-        return "Overscan does not work with Freestyle's lines"
-    if bodies.why_one_view(scene):
-        return "Overscan does not work with rigid bodies that are not baked"
+    reason = copied.why_not(scene, "Overscan")
+    if reason:
+        return reason
     if not setup.can_mute_sources(scene):
         return "Overscan does not work where your nodes use other passes too"
     used = keyed.ticked(camera_objects.cameras_of(scene))

@@ -8,12 +8,10 @@ A camera that says 1 has whole pixels in all frames, unless another one says mor
 """
 
 from . import (
-    bodies,
     camera_objects,
     compat,
+    copied,
     denoising,
-    freestyle,
-    group,
     keyed,
     lens,
     memory,
@@ -40,19 +38,11 @@ NO_PASS = "use_pass_cryptomatte_accurate"  # is a setting
 
 def why_not(scene):
     """Why the pictures of a scene are not supersampled, or "": for the box."""
-    render = scene.render
-    if render.engine != "CYCLES":
+    if scene.render.engine != "CYCLES":
         return "Supersample works with Cycles"
-    if render.use_border:
-        return "Supersample does not work with a render region"
-    if render.use_multiview:
-        return "Supersample does not work with stereo"
-    if group.nodes_of(scene):
-        return "Supersample does not work with Rack Focus nodes on pictures"
-    if freestyle.is_drawn(scene):
-        return "Supersample does not work with Freestyle's lines"
-    if bodies.why_one_view(scene):
-        return "Supersample does not work with rigid bodies that are not baked"
+    reason = copied.why_not(scene, "Supersample")
+    if reason:
+        return reason
     if setup.filter_scene_of(scene) is not None and not setup.can_mute_sources(scene):
         return "Your nodes use other passes too: without Supersample"
     return ""
