@@ -26,10 +26,8 @@
  * u - a u_j is. What that view's near surfaces hide, and others show, blocks as well
  * (rf_occluders.behind).
  *
- * Spherical aberration sends the light of u to r0 u - a |p|^2 u, but what stands before
- * it is hit by other rays of the same lens points: the mask is drawn as for a = 0, over
- * the whole disc, and each footprint pixel then asks it at r0 u. So it does where the
- * surface in focus is no plane and r0 is another at each pixel.
+ * The light of a lamp's rim comes from farther inside it (compose/lamp_rims.h): what
+ * stands before that place hides it. Where discs are bent, so are masks (bent_masks.h).
  *
  * The largest gain with several views (+3.0, +1.3 dB). Cost per highlight: the
  * occluders in its cone plus the area of its disc; blocks of pixels that know their
@@ -50,9 +48,11 @@
 #include "base/parallel.h"
 #include "base/pool.h"
 #include "base/task.h"
+#include "compose/bent_masks.h"
 #include "compose/common.h"
 #include "compose/footprint.h"
 #include "compose/footprint_shelf.h"
+#include "compose/lamp_rims.h"
 #include "compose/light_list.h"
 #include "compose/light_map.h"
 #include "compose/lone_lights.h"
@@ -92,6 +92,7 @@ struct highlights {
     struct rf_footprints *footprints;
     struct rf_footprints *of_points; /* for those that are lone */
     struct rf_lone_lights lone;
+    struct rf_lamp_rims rims;
     const struct rf_samples *samples;
     struct rf_light_list list; /* of their footprints, where each place has its own */
     struct rf_light_map open;  /* where looks take light; .at NULL: they do not */
@@ -127,14 +128,20 @@ static float block_gap(float v, int b)
     return v < low ? low - v : v > high ? v - high : 0;
 }
 
+/* How far beside a cone of light a pixel's middle may lie that casts a shadow in it:
+ * its edge, and as far as lights at rims of lamps move. */
+static float reach_beside(const float inward[2])
+{
+    return 1 + rf_max_float(fabsf(inward[0]), fabsf(inward[1]));
+}
+
 /* Is the pixel's surface inside the cone of light from l to the view's part of the
  * lens? */
-static bool is_in_cone(const struct rf_occluder_layer *view,
-                       const struct rf_sample *light, float dx, float dy, float q)
+static bool is_in_cone(const struct rf_shadows *m, float dx, float dy, float q)
 {
-    float room = light->r - q;
-    return room >= NEARER_PX && fabsf(dx) <= room * (float)view->extent[0] + 1 &&
-           fabsf(dy) <= room * (float)view->extent[1] + 1;
+    float room = m->light_r - q;
+    return room >= NEARER_PX && fabsf(dx) <= room * m->extent_x + m->beside &&
+           fabsf(dy) <= room * m->extent_y + m->beside;
 }
 
 /* The blocks that lie within `reach` px of v. */
@@ -146,10 +153,9 @@ static void blocks_within(float v, float reach, int n, int *first, int *last)
 
 static bool is_block_in_cone(const struct highlights *h,
                              const struct rf_occluder_layer *view,
-                             const struct rf_sample *light, float lx, float ly, int bx,
-                             int by)
+                             const struct rf_shadows *m, int bx, int by)
 {
-    return is_in_cone(view, light, block_gap(lx, bx), block_gap(ly, by),
+    return is_in_cone(m, block_gap(m->seen_x, bx), block_gap(m->seen_y, by),
                       view->nearest[by * h->layers.n_x + bx]);
 }
 
@@ -215,13 +221,15 @@ static bool draw_occluders(const struct highlights *h, const struct rf_sample *l
     m->shift_scale = o->shift_scale;
     m->shift_bias = o->shift_bias;
     m->view = view->view;
-    blocks_within(lx, room * m->extent_x + 1, h->layers.n_x, &first[0], &last[0]);
-    blocks_within(ly, room * m->extent_y + 1, h->layers.n_y, &first[1], &last[1]);
+    blocks_within(lx, room * m->extent_x + m->beside, h->layers.n_x, &first[0],
+                  &last[0]);
+    blocks_within(ly, room * m->extent_y + m->beside, h->layers.n_y, &first[1],
+                  &last[1]);
     bool is_found = false;
     for (int by = first[1]; by <= last[1]; by++)
         for (int bx = first[0], end; bx <= last[0]; bx = end) {
             end = bx;
-            while (end <= last[0] && is_block_in_cone(h, view, light, lx, ly, end, by))
+            while (end <= last[0] && is_block_in_cone(h, view, m, end, by))
                 end++;
             if (end > bx)
                 is_found |= cast_blocks(h, view, m, bx, end, by);
@@ -342,116 +350,13 @@ static struct shade shade_from(const struct highlights *h, size_t first)
                           .height = all.max_y - all.min_y + 1};
 }
 
-/* ---- masks that are bent --------------------------------------------------------- */
-
-/* The height on the lens through which light of radius r lands `distance` px away. */
-static double height_at(double r, double a, double distance)
-{
-    static const double MOST = 1.5; /* in the corner of a picture of the aperture */
-    double size = fabs(r), bend = r > 0 ? a : -a, low = 0;
-    double high = bend > 0 ? fmin(MOST, sqrt(size / (3 * bend))) : MOST;
-    for (int i = 0; i < 24; i++) { /* halvings: what lands grows with the height */
-        double at = (low + high) / 2;
-        if (size * at - bend * at * at * at < distance)
-            low = at;
-        else
-            high = at;
-    }
-    return low;
-}
-
-/* The heights for distances up to that of a mask's farthest pixel, which lie between
- * these: an eighth of a pixel apart, farther where there would be too many. */
-enum { PER_PX = 8, MOST_HEIGHTS = 1024 };
-struct heights {
-    double per_px;
-    double at[MOST_HEIGHTS + 2];
-};
-
-static void find_heights(struct heights *heights, double r, double a, double farthest)
-{
-    int n = (int)fmin(ceil(farthest * PER_PX) + 1, MOST_HEIGHTS);
-    heights->per_px = n / fmax(farthest, 1);
-    for (int i = 0; i <= n + 1; i++)
-        heights->at[i] = height_at(r, a, i / heights->per_px);
-}
-
-static double known_height(const struct heights *heights, double distance)
-{
-    double at = distance * heights->per_px;
-    int i = rf_min_int((int)at, MOST_HEIGHTS);
-    return heights->at[i] + (at - i) * (heights->at[i + 1] - heights->at[i]);
-}
-
-/* Of a mask without aberration, the value at (x, y) px from its corner. */
-static float mask_at(const struct rf_shadows *m, const float *mask, double x, double y)
-{
-    x = fmin(fmax(x, 0), m->width - 1);
-    y = fmin(fmax(y, 0), m->height - 1);
-    int i = rf_min_int((int)x, m->width - 2), j = rf_min_int((int)y, m->height - 2);
-    const float *at = mask + (size_t)j * (size_t)m->width + i;
-    float tx = (float)(x - i), ty = (float)(y - j);
-    float above = at[0] + tx * (at[1] - at[0]);
-    float below = at[m->width] + tx * (at[m->width + 1] - at[m->width]);
-    return above + ty * (below - above);
-}
-
-/* Where light lands that passes the lens at one height, in parts of the distance
- * without aberration: one table for a mask. */
-static double grown_by(const struct heights *heights, double disc_r, double far)
-{
-    return far > 0 ? fabs(disc_r) * known_height(heights, far) / far : 1;
-}
-
-/* The radius of the disc in parts of the one that its light has at the mask's (x, y),
- * where the surface in focus is no plane. */
-static double grown_at(const struct highlights *h, const struct rf_shadows *m, int x,
-                       int y)
-{
-    static const double MOST = 2; /* so near the focus discs have no shape */
-    const struct rf_scene *scene = h->scene;
-    const struct rf_field *apart = scene->frame->apart;
-    if (!apart)
-        return 1;
-    float at_x = (float)(m->x + m->left + x - scene->x0) + 0.5f;
-    float at_y = (float)(m->y + m->top + y - scene->y0) + 0.5f;
-    double r = (double)rf_field_radius(apart, at_x, at_y, m->light_r);
-    double part = r != 0 ? (double)m->disc_r / r : MOST;
-    return fmin(fmax(part, 1 / MOST), MOST);
-}
-
-/* Has every pixel of a mask ask where its lens point would be without aberration and
- * with one radius for the whole disc. */
-static void bend_mask(const struct highlights *h, const struct rf_shadows *m,
-                      float *plain)
-{
-    const struct rf_params *p = &h->scene->frame->params;
-    size_t n = (size_t)m->width * (size_t)m->height;
-    memcpy(plain, m->blocked, n * sizeof *plain);
-    double middle[2] = {(double)m->light_x - m->left - 0.5,
-                        (double)m->light_y - m->top - 0.5};
-    double stretch[2] = {p->aperture_ratio, 1 / p->pixel_aspect};
-    double farthest = rf_length(fmax(middle[0], m->width - middle[0]) * stretch[0],
-                                fmax(middle[1], m->height - middle[1]) * stretch[1]);
-    struct heights heights = {.per_px = 0};
-    if (p->spherical != 0)
-        find_heights(&heights, (double)m->disc_r, p->spherical, farthest);
-    for (int y = 0; y < m->height; y++)
-        for (int x = 0; x < m->width; x++) {
-            double dx = x - middle[0], dy = y - middle[1];
-            double far = rf_length(dx * stretch[0], dy * stretch[1]);
-            double grown = grown_at(h, m, x, y);
-            if (p->spherical != 0)
-                grown *= grown_by(&heights, (double)m->disc_r, far);
-            m->blocked[(size_t)y * (size_t)m->width + (size_t)x] =
-                mask_at(m, plain, middle[0] + dx * grown, middle[1] + dy * grown);
-        }
-}
+/* ---- masks -------------------------------------------------------------------------- */
 
 /* Writes the mask of some highlights; false where nothing stands before them. */
 static bool build_mask(const struct highlights *h, const struct shade *shade)
 {
     const struct rf_sample *light = &h->samples->at[shade->first];
+    const float *inward = h->rims.inward[shade->first];
     int x = (int)floorf(light->x), y = (int)floorf(light->y);
     struct rf_shadows m = {.light_x = light->x - (float)x,
                            .light_y = light->y - (float)y,
@@ -459,6 +364,9 @@ static bool build_mask(const struct highlights *h, const struct shade *shade)
                            .disc_r = rf_scene_disc_radius(h->scene, light),
                            .x = x,
                            .y = y,
+                           .inward_x = inward[0],
+                           .inward_y = inward[1],
+                           .beside = reach_beside(inward),
                            .nearer = NEARER_PX,
                            .join = JOIN_PX,
                            .left = shade->left,
@@ -475,7 +383,7 @@ static bool build_mask(const struct highlights *h, const struct shade *shade)
     for (int j = 0; j < h->layers.n; j++)
         draw_occluders(h, light, j, &m);
     if (is_bent(h))
-        bend_mask(h, &m, shade->blocked + plain_size(h, shade));
+        rf_mask_bend(h->scene, &m, shade->blocked + plain_size(h, shade));
     rf_rims_darken(&h->layers, &m);
     return true;
 }
@@ -762,6 +670,8 @@ rf_result rf_add_highlights(const struct rf_scene *scene, const struct rf_crop *
         result = rf_footprints_get(&h.footprints, &own, context, &use, error);
     if (result == RF_OK)
         result = rf_lone_lights_find(&h.lone, scene, error);
+    if (result == RF_OK)
+        result = rf_lamp_rims_find(&h.rims, scene, error);
     if (result == RF_OK && rf_look_is_dark(&use.look))
         result =
             rf_light_map_make(&h.open, scene->frame, shape, use.bokeh_plane, error);
@@ -779,6 +689,7 @@ rf_result rf_add_highlights(const struct rf_scene *scene, const struct rf_crop *
     rf_footprints_put(h.footprints, &own);
     rf_footprints_put(h.of_points, &own_of_points);
     rf_lone_lights_free(&h.lone, context);
+    rf_lamp_rims_free(&h.rims, context);
     rf_light_list_free(&h.list, context);
     rf_light_map_free(&h.open, context);
     return result;

@@ -340,6 +340,9 @@ struct rf_shadows {
     int x, y;     /* the light's pixel */
     /* Where the view sees the light, and the half extent of the cone per px of r. */
     float seen_x, seen_y, extent_x, extent_y;
+    /* From where the light of a lamp's rim comes: compose/lamp_rims.h. */
+    float inward_x, inward_y;
+    float beside; /* px beside the cone that occluders' middles may lie */
     float nearer; /* an occluder's radius is less by this much */
     float join;   /* pixels of one surface differ by less */
     /* The rows around the one that is cast, NULL where there is none; their length. */

@@ -25,8 +25,9 @@ SLACK_DB = 0.5
 #: twice the time. Light at the rim of the lens comes from deeper behind what stands before
 #: it, which one view has to guess. The second focus of the split diopter blurs posts by
 #: 30 px: the plain disc had 34.7 dB there. All three gained less than the plain disc
-#: when the picture's border was mended (docs/notebook/border.md), so they lag more.
-SHORT_DB = {"spherical": 0.9, "image": 1.5, "split_diopter": 2.9}
+#: when the picture's border was mended (docs/notebook/border.md), so they lag more, and
+#: spherical aberration when rims of lamps were (0.03 less for it, 0.04 more for the disc).
+SHORT_DB = {"spherical": 0.95, "image": 1.5, "split_diopter": 2.9}
 
 #: What one view has at the least, dB: a look may not fall with the plain disc.
 ONE_DB = {
@@ -104,18 +105,17 @@ def test_a_look_is_as_good_as_the_disc(look, plain, tmp_path):
     assert ours > without + 3, "the reference does not show the look"
 
 
-#: Where eight views gain less over one than with the plain disc, dB: what is left lies at
-#: lamps and at thin posts near the border (docs/notebook/views.md); 0.15 before one view
-#: of it, and eight of the plain disc, had hidden samples before a far wall.
-LESS_DB = {"cat_eye_tilt": 0.25}
+#: Where eight views gain less over one than with the plain disc, dB: of the curved field
+#: one view gained 0.09 by the rims of lamps, eight 0.18, of the plain disc 0.04 and 0.54.
+LESS_DB = {"field_curvature": 0.25}
 
 #: What eight views have at the least, dB: a gain may not come from a worse single view.
 EIGHT_DB = {
-    "plain": 45.8,
-    "tilt": 46.3,
-    "field_curvature": 47.0,
-    "cat_eye": 46.6,
-    "cat_eye_tilt": 45.8,
+    "plain": 46.4,
+    "tilt": 46.5,
+    "field_curvature": 47.1,
+    "cat_eye": 48.1,
+    "cat_eye_tilt": 46.9,
     "split_diopter": 43.1,
 }
 
