@@ -8,6 +8,12 @@ import rackfocus
 LENS = dict(lens_radius=0.3, focal_length_px=150)
 
 
+@pytest.fixture(autouse=True)
+def _no_denoiser(monkeypatch):
+    """The environment's comes before the one that is asked for."""
+    monkeypatch.delenv("RACKFOCUS_OIDN", raising=False)
+
+
 @pytest.fixture(scope="module")
 def passes():
     """A textured slope, colour and depth."""
