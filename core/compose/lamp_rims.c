@@ -9,8 +9,8 @@
  * lamp's light times a variance, over that light: what is expected of a light that a
  * Gaussian has spread (Robbins, Proc. 3rd Berkeley Symp., 1956). What stands before the
  * lamp hides the place x + d, and of a lamp of a hundred times white each rim is seen
- * (kernels/shadows_tmpl.h says how). Portrait + 0.30, its 8 views + 0.77 dB, macro + 0.25
- * and 0.31, posts + 0.13 and 0.17, foliage + 0.07 and 0.08 (docs/notebook/rivals.md).
+ * (kernels/shadows_tmpl.h says how). Portrait + 0.30, its 8 views + 0.78 dB, macro + 0.20
+ * and 0.25, posts + 0.13 and 0.13, foliage + 0.06 and 0.05 (docs/notebook/rivals.md).
  */
 #include "compose/lamp_rims.h"
 
